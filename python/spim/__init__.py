@@ -1,0 +1,44 @@
+"""Structure-preserving, high-precision time integration.
+
+Exponentials right to the last bit, steppers that keep the structure of the equations, and runs one
+can trust overnight. The numbers are crunched in Rust; a state is ``z = [q; p]`` throughout.
+
+Start with `expm`, `Propagator`, or `integrate` and a system such as `LinearSystem`.
+"""
+
+from spim import models
+from spim._core import (
+    InternalError,
+    ModelError,
+    PrecisionWarning,
+    Propagator,
+    SingularMatrixError,
+    SpimError,
+    UnsupportedError,
+    expm,
+    kernel_level,
+)
+from spim._integrate import integrate
+from spim._methods import methods
+from spim._solution import Solution
+from spim._systems import LinearSystem
+from spim._versions import __version__, show_versions
+
+__all__ = [
+    "InternalError",
+    "LinearSystem",
+    "ModelError",
+    "PrecisionWarning",
+    "Propagator",
+    "SingularMatrixError",
+    "Solution",
+    "SpimError",
+    "UnsupportedError",
+    "__version__",
+    "expm",
+    "integrate",
+    "kernel_level",
+    "methods",
+    "models",
+    "show_versions",
+]

@@ -1,0 +1,108 @@
+"""`integrate`: a system, a start, a span and a step; a `Solution` back."""
+
+import warnings
+
+from spim import _core
+from spim._progress import reporter
+from spim._solution import Solution
+from spim._systems import LinearSystem
+
+
+def integrate(
+    system,
+    z0,
+    t_span,
+    step,
+    *,
+    method="auto",
+    every=1,
+    progress=None,
+    throw=True,
+    **options,
+):
+    """Integrate a system with a fixed step.
+
+    Parameters
+    ----------
+    system : LinearSystem
+        What to integrate, ``z = [q; p]``.
+    z0 : array_like (m,)
+        State at ``t_span[0]``.
+    t_span : (float, float)
+        Start and end; backward if the end lies before the start.
+    step : float
+        Positive. A span that is no multiple of it is divided into ``ceil(span / step)`` equal steps,
+        with a warning; a ratio within 1e-9 of an integer counts as that integer and keeps `step`.
+    method : str
+        One of `methods`. "auto" takes the most exact one and says why in ``solution.method``.
+    every : int
+        Only each `every`-th state is stored, and the last one: the same bits as with 1.
+    progress : bool or callable, optional
+        True for a bar; a callable is called as ``progress(fraction, t)`` every 20 ms or so.
+    throw : bool
+        False: a run that fails returns what it has, with ``success`` False, instead of raising.
+    **options
+        Options of the method; see ``spim.methods()``.
+
+    Returns
+    -------
+    Solution
+
+    Raises
+    ------
+    ValueError
+        Unusable arguments; the message names them.
+    TypeError
+        An option the method does not have; the nearest is named.
+    UnsupportedError
+        A method that cannot treat the system.
+    ModelError
+        The state is not finite any more.
+    KeyboardInterrupt
+        Within 0.1 s of Ctrl-C.
+
+        A run that had begun leaves its states in ``error.partial``.
+    """
+    if not isinstance(system, LinearSystem):
+        raise TypeError(
+            f"system: must be a spim system such as spim.LinearSystem, got {type(system).__name__}"
+        )
+    if not isinstance(method, str):
+        raise TypeError(f"method: must be a string, got {type(method).__name__}")
+    t0, t1 = _span(t_span)
+    with reporter(progress) as report:
+        run = _core.integrate(
+            system._core, z0, t0, t1, _number("step", step), method, every, options, report
+        )
+    if run["uneven"]:
+        warnings.warn(
+            f"the span {t1 - t0:g} is no multiple of the step {step:g}: "
+            f"equal steps of {abs(run['h']):.17g} are taken",
+            stacklevel=2,
+        )
+    solution = Solution(system, run, options)
+    error = run["error"]
+    if error is not None and (throw or not isinstance(error, Exception)):
+        error.partial = solution
+        raise error
+    return solution
+
+
+def _span(t_span):
+    try:
+        t0, t1 = t_span
+    except (TypeError, ValueError):
+        raise ValueError(f"t_span: must be a pair (start, end), got {t_span!r}") from None
+    return _number("t_span", t0), _number("t_span", t1)
+
+
+def _number(name, value):
+    """A float from anything that is a real number, but not from text."""
+    if not isinstance(value, str | bytes):
+        try:
+            return float(value)
+        except TypeError:
+            pass
+        except ValueError as error:
+            raise ValueError(f"{name}: {error}") from None
+    raise TypeError(f"{name}: must be a number, got {type(value).__name__}")

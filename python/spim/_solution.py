@@ -1,0 +1,140 @@
+"""What a run gives back."""
+
+import numpy as np
+
+from spim import _core
+
+
+class Solution:
+    """States of a run, and how it came about.
+
+    Attributes
+    ----------
+    t : ndarray (k,)
+        Times of the stored states.
+    z : ndarray (k, m)
+        States, time first.
+    step : float
+        The step taken, signed: that asked for, or the next smaller one that divides the span.
+    method : str
+        The method, and the reason of what was chosen for it.
+    stats : dict
+        Work: "steps", "evaluations" of the right side, "products" of a matrix and a block of states.
+    success : bool
+    status : int
+        0: the end was reached; -1: the run failed, or was interrupted.
+    message : str
+        The reason, as a sentence.
+    """
+
+    def __init__(self, system, run, options):
+        self._system = system
+        self._options = options
+        self._name = run["method"]
+        self.t, self.z = run["t"], run["z"]
+        self.step = run["h"]
+        self.method = f"{run['method']} ({run['choice']})" if run["choice"] else run["method"]
+        self.stats = dict(run["work"])
+        error = run["error"]
+        self.success = error is None
+        self.status = 0 if self.success else -1
+        self.message = "the end of the span was reached" if self.success else _sentence(error)
+
+    @property
+    def y(self):
+        """States as SciPy lays them out, (m, k); a view of `z`."""
+        return self.z.T
+
+    @property
+    def q(self):
+        """Coordinates, (k, m/2); a view of `z`."""
+        return self.z[:, : self._half()]
+
+    @property
+    def p(self):
+        """Momenta, (k, m/2); a view of `z`."""
+        return self.z[:, self._half() :]
+
+    @property
+    def nfev(self):
+        """Evaluations of the right side."""
+        return self.stats["evaluations"]
+
+    @property
+    def energy(self):
+        """Energies of the stored states, (k,); `UnsupportedError` where the system has none."""
+        return self._system.energy(self.z)
+
+    def __call__(self, t):
+        """State at any time of the run.
+
+        A step of the method from the stored state before `t`, or several where the next stored
+        state is further than a step away: exact for linear systems by their exponential.
+
+        Parameters
+        ----------
+        t : float or array_like (j,)
+            Within the run.
+
+        Returns
+        -------
+        ndarray (m,) or (m, j)
+            As SciPy's dense output.
+
+        Raises
+        ------
+        ValueError
+            `t` outside the run, or not finite.
+        """
+        times = np.asarray(t, dtype=float)
+        if times.ndim > 1:
+            raise ValueError(f"t: must be a number or have shape (j,), got {times.shape}")
+        backward = self.step < 0
+        first, last = (self.t[-1], self.t[0]) if backward else (self.t[0], self.t[-1])
+        flat = times.reshape(-1)
+        outside = ~((flat >= first) & (flat <= last))
+        if outside.any():
+            at = flat[int(np.argmax(outside))]
+            raise ValueError(f"t: {at} is outside the run, from {first} to {last}")
+        states = np.empty((self.z.shape[1], flat.size))
+        ascending = -self.t if backward else self.t
+        rows = np.searchsorted(ascending, -flat if backward else flat, side="right") - 1
+        for column, (row, time) in enumerate(zip(rows, flat, strict=True)):
+            states[:, column] = self._state(row, float(time))
+        return states[:, 0] if times.ndim == 0 else states
+
+    def _state(self, row, t):
+        if t == self.t[row]:
+            return self.z[row]
+        run = _core.integrate(
+            self._system._core,
+            self.z[row],
+            float(self.t[row]),
+            t,
+            abs(self.step),
+            self._name,
+            1,
+            self._options,
+            None,
+        )
+        if run["error"] is not None:
+            raise run["error"]
+        return run["z"][-1]
+
+    def _half(self):
+        half, odd = divmod(self.z.shape[1], 2)
+        if odd:
+            raise ValueError(f"a state of odd size, {self.z.shape[1]}, has no halves q and p")
+        return half
+
+    def __repr__(self):
+        return (
+            f"Solution({len(self.t)} states of {self.z.shape[1]} components, "
+            f"t = {self.t[0]:g} .. {self.t[-1]:g}, step {self.step:g}, {self.method}: "
+            f"{self.message})"
+        )
+
+
+def _sentence(error):
+    text = str(error)
+    return text if text else f"stopped by {type(error).__name__}"

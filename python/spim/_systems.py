@@ -1,0 +1,64 @@
+"""Systems: what can be integrated."""
+
+import numpy as np
+
+from spim import _core
+
+
+class LinearSystem:
+    """A homogeneous linear system ``z' = A z``.
+
+    Parameters
+    ----------
+    A : array_like (m, m)
+        Real, finite. Per unit of time.
+
+    Raises
+    ------
+    ValueError
+        Not square, empty, or an entry that is not finite.
+    TypeError
+        Not real numbers.
+    """
+
+    def __init__(self, A):
+        self._core = _core.Linear(A)
+        self._A = self._core.A
+        self._A.flags.writeable = False
+
+    @property
+    def A(self):
+        """The matrix, (m, m); read-only."""
+        return self._A
+
+    @property
+    def size(self):
+        """Length m of the state."""
+        return len(self._A)
+
+    @property
+    def hamiltonian(self):
+        """Whether J A is symmetric to rounding for ``z = [q; p]``, so that there is an energy."""
+        return self._core.hamiltonian
+
+    def energy(self, z):
+        """Energy ``z^T S z / 2``, ``S = J^-1 A``, evaluated in pairs of doubles.
+
+        Parameters
+        ----------
+        z : array_like (..., m)
+
+        Returns
+        -------
+        ndarray (...)
+
+        Raises
+        ------
+        UnsupportedError
+            `A` is not Hamiltonian.
+        """
+        return self._core.energy(np.asarray(z))
+
+    def __repr__(self):
+        kind = "Hamiltonian, " if self.hamiltonian else ""
+        return f"{type(self).__name__}({kind}{self.size} states)"

@@ -1,0 +1,99 @@
+//! Balancing by powers of two: `A' = S^-1 A S`, exact, with rows and columns of like size.
+//!
+//! Structural matrices mix metres and radians, stiffnesses and flexibilities; in balanced
+//! coordinates their norm is near their spectral radius, so fewer doublings do and no entry is lost
+//! beside a larger one.
+
+use crate::linalg::dense::{exponent_above, power_of_two};
+use crate::linalg::kernel::{Eight, Layout, doubles, doubles_mut};
+
+/// Rows and columns that differ by less than this factor are left alone: balancing would gain no
+/// doubling.
+const WORTHWHILE: f64 = 8.0;
+
+/// Largest exponent of a scale, so that the ratio of two is a double.
+const LARGEST: i32 = 500;
+
+/// Exponents of scales `2^d` that balance `a`, already applied to it, or `None` where `a` is
+/// balanced well enough as it is.
+pub fn balance(layout: Layout, a: &mut [Eight]) -> Option<Vec<i32>> {
+    if is_balanced(layout, a) {
+        return None;
+    }
+    let mut exponents = vec![0; layout.rows];
+    // Osborne's iteration: one coordinate after the other, until none gains.
+    for _ in 0..20 {
+        let mut settled = true;
+        for i in 0..layout.rows {
+            let (row, column) = sides(layout, a, i);
+            let (Some(row), Some(column)) = (row, column) else { continue };
+            let change = (row - column).div_euclid(2).clamp(-LARGEST, LARGEST);
+            let change = (exponents[i] + change).clamp(-LARGEST, LARGEST) - exponents[i];
+            if change != 0 && (row - column).abs() > 1 {
+                exponents[i] += change;
+                rescale(layout, a, i, change);
+                settled = false;
+            }
+        }
+        if settled {
+            break;
+        }
+    }
+    exponents.iter().any(|&d| d != 0).then_some(exponents)
+}
+
+/// Turns `X' = S^-1 X S` back into `X`.
+pub fn restore(layout: Layout, exponents: &[i32], x: &mut [Eight]) {
+    let x = doubles_mut(x);
+    for (j, dj) in exponents.iter().enumerate() {
+        let column = &mut x[j * layout.doubles()..][..layout.rows];
+        for (x, di) in column.iter_mut().zip(exponents) {
+            *x *= power_of_two(di - dj);
+        }
+    }
+}
+
+fn is_balanced(layout: Layout, a: &[Eight]) -> bool {
+    let mut small = [0.0; 64];
+    let mut large = Vec::new();
+    let sums = if 2 * layout.rows <= small.len() {
+        &mut small[..2 * layout.rows]
+    } else {
+        large.resize(2 * layout.rows, 0.0);
+        &mut large[..]
+    };
+    let (rows, columns) = sums.split_at_mut(layout.rows);
+    for (column, sum) in doubles(a).chunks_exact(layout.doubles()).zip(columns) {
+        for (x, row) in column.iter().zip(&mut *rows) {
+            *row += x.abs();
+            *sum += x.abs();
+        }
+    }
+    let (rows, columns) = sums.split_at(layout.rows);
+    rows.iter().zip(columns).all(|(&row, &column)| {
+        row == 0.0
+            || column == 0.0
+            || (row <= WORTHWHILE * column && column <= WORTHWHILE * row)
+    })
+}
+
+/// Exponents of the largest magnitudes off the diagonal in row and column `i`.
+fn sides(layout: Layout, a: &[Eight], i: usize) -> (Option<i32>, Option<i32>) {
+    let a = doubles(a);
+    let larger = |largest: f64, x: f64| if x.abs() > largest { x.abs() } else { largest };
+    let others = || (0..layout.rows).filter(|&j| j != i);
+    let row = others().map(|j| a[j * layout.doubles() + i]).fold(0.0, larger);
+    let column = others().map(|j| a[i * layout.doubles() + j]).fold(0.0, larger);
+    let exponent = |x: f64| (x >= f64::MIN_POSITIVE).then(|| exponent_above(x));
+    (exponent(row), exponent(column))
+}
+
+/// Multiplies column `i` by `2^change` and row `i` by its inverse.
+fn rescale(layout: Layout, a: &mut [Eight], i: usize, change: i32) {
+    let (up, down) = (power_of_two(change), power_of_two(-change));
+    let a = doubles_mut(a);
+    for j in (0..layout.rows).filter(|&j| j != i) {
+        a[i * layout.doubles() + j] *= up;
+        a[j * layout.doubles() + i] *= down;
+    }
+}

@@ -1,0 +1,297 @@
+//! Matrix exponentials by scaling and doubling, and what is built on them.
+
+mod arithmetic;
+mod balance;
+mod blocks;
+mod coefficients;
+mod doubling;
+mod lu;
+mod pade;
+mod propagator;
+mod sid;
+
+pub use doubling::Form;
+pub use blocks::Blocks;
+pub use pade::HIGHEST as HIGHEST_PADE;
+pub use propagator::{Correction, Propagator};
+
+use arithmetic::{Arithmetic, Doubles, Pairs, SLOTS};
+use doubling::overflow;
+
+use crate::error::{Error, Result};
+use crate::linalg::dense::{self, Watch};
+use crate::linalg::kernel::{Depth, Eight, Layout, doubles_mut};
+
+/// How an exponential is formed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scheme {
+    /// SID 21+ in pairs of doubles: correctly rounded but for rare entries.
+    Exact,
+    /// Taylor, SID 15+ or SID 21+ in doubles, by norm.
+    Sid,
+    /// Padé `[l/m]` at the small scale.
+    Pade([usize; 2]),
+    /// The paper's: numerator and denominator of `[l/m]` doubled apart, eqs. (39), (44).
+    Spim([usize; 2]),
+    /// The paper's PIM: Taylor polynomial of this order, doubled, eqs. (36)–(38).
+    Pim(usize),
+}
+
+/// The paper's number of doublings, N.
+pub const PAPER_DOUBLINGS: u32 = 20;
+
+/// Rows up to which pairs of doubles are the default arithmetic.
+const SMALL: usize = 32;
+
+/// Most doublings a caller may ask for.
+pub const MOST_DOUBLINGS: u32 = 1000;
+
+/// Largest order of the Taylor polynomial of [`Scheme::Pim`].
+pub const HIGHEST_TAYLOR: usize = 30;
+
+/// A scheme and the number of doublings, fixed or left to the scheme.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Recipe {
+    /// How the exponential is formed.
+    pub scheme: Scheme,
+    /// How often the interval is halved; `None`: from norms ([`PAPER_DOUBLINGS`] for the paper's).
+    pub doublings: Option<u32>,
+}
+
+impl Recipe {
+    /// Correctly rounded.
+    pub const EXACT: Recipe = Recipe { scheme: Scheme::Exact, doublings: None };
+
+    /// The default for `rows x rows` matrices: [`Scheme::Exact`] to 32, [`Scheme::Sid`] above.
+    pub fn auto(rows: usize) -> Recipe {
+        let scheme = if rows <= SMALL { Scheme::Exact } else { Scheme::Sid };
+        Recipe { scheme, doublings: None }
+    }
+
+    /// Checks degrees and counts.
+    pub fn check(self) -> Result<Recipe> {
+        match self.scheme {
+            Scheme::Pade([l, m]) | Scheme::Spim([l, m])
+                if l > pade::HIGHEST || m > pade::HIGHEST || l + m == 0 =>
+            {
+                return Err(Error::argument(format!(
+                    "pade: degrees run from 0 to {}, not both 0; got [{l}/{m}]",
+                    pade::HIGHEST
+                )));
+            }
+            Scheme::Pim(order) if order == 0 || order > HIGHEST_TAYLOR => {
+                return Err(Error::argument(format!(
+                    "order: the Taylor polynomial has order 1 to {HIGHEST_TAYLOR}; got {order}"
+                )));
+            }
+            _ => {}
+        }
+        match self.doublings {
+            Some(doublings) if doublings > MOST_DOUBLINGS => Err(Error::argument(format!(
+                "doublings: at most {MOST_DOUBLINGS}; got {doublings}"
+            ))),
+            _ => Ok(self),
+        }
+    }
+
+    /// 1-norm from which the digits of the result are in doubt.
+    pub fn precision_limit(self) -> f64 {
+        if self.scheme == Scheme::Exact { 1e15 } else { 1e13 }
+    }
+
+    /// Order of the approximation where it is a fixed one.
+    pub fn order(self) -> Option<usize> {
+        match self.scheme {
+            Scheme::Exact | Scheme::Sid => None,
+            Scheme::Pade([l, m]) | Scheme::Spim([l, m]) => Some(l + m),
+            Scheme::Pim(order) => Some(order),
+        }
+    }
+
+    /// Whether the scheme is evaluated in pairs of doubles and rounded once: always for
+    /// [`Scheme::Exact`], for the paper's while that costs less than a microsecond or so.
+    fn in_pairs(self, rows: usize) -> bool {
+        match self.scheme {
+            Scheme::Exact => true,
+            Scheme::Spim(_) | Scheme::Pim(_) => rows <= SMALL,
+            Scheme::Sid | Scheme::Pade(_) => false,
+        }
+    }
+
+    fn run(self, x: &mut impl Arithmetic) -> Result<(Form, u32)> {
+        let fixed = self.doublings.unwrap_or(PAPER_DOUBLINGS);
+        match self.scheme {
+            Scheme::Exact | Scheme::Sid => sid::exponential(x, self.doublings),
+            Scheme::Pade(degrees) => pade::small_scale(x, degrees, self.doublings),
+            Scheme::Spim(degrees) => pade::doubled_apart(x, degrees, fixed),
+            Scheme::Pim(order) => pade::taylor(x, order, fixed),
+        }
+    }
+}
+
+/// Exponentials of a stack of square matrices, each `rows x rows` and contiguous; returns the
+/// largest 1-norm met (of the matrices as stored column by column).
+///
+/// Storage row by row serves as well: it is the transposed problem, `exp(A^T) = exp(A)^T`.
+///
+/// # Errors
+/// [`Error::Overflow`], [`Error::Singular`] (ratios only), [`Error::Memory`]; what `watch` reports.
+pub fn exponentials(
+    rows: usize,
+    recipe: Recipe,
+    stack: &[f64],
+    out: &mut [f64],
+    watch: &mut Watch,
+) -> Result<f64> {
+    let layout = Layout::new(rows);
+    let packs = layout.packs(rows);
+    let mut norm = 0.0;
+    let pairs = recipe.in_pairs(rows);
+    let matrices = if pairs { Pairs::matrices(SLOTS, Depth::Three) } else { SLOTS };
+    let memory = packs.checked_mul(matrices).ok_or_else(|| Error::memory("matrix too large"))?;
+    dense::with_scratch(memory, |memory| {
+        let size = rows * rows;
+        for (i, (a, out)) in stack.chunks_exact(size).zip(out.chunks_exact_mut(size)).enumerate() {
+            if i > 0 && i % 64 == 0 {
+                watch()?;
+            }
+            let found = if pairs {
+                in_pairs(layout, recipe, a, out, memory, watch)?
+            } else {
+                in_doubles(layout, recipe, a, out, memory, watch)?
+            };
+            norm = if found > norm { found } else { norm };
+        }
+        Ok(norm)
+    })
+}
+
+fn in_doubles(
+    layout: Layout,
+    recipe: Recipe,
+    a: &[f64],
+    out: &mut [f64],
+    memory: &mut [Eight],
+    watch: &mut Watch,
+) -> Result<f64> {
+    let mut x = Doubles::new(layout, memory, watch);
+    dense::pack(layout, a, x.matrix(sid::A));
+    let norm = x.norms(sid::A)[0];
+    let scales = balance::balance(layout, x.matrix(sid::A));
+    let (form, _) = recipe.run(&mut x)?;
+    if form == Form::Increment {
+        x.add_diagonal([1.0, 0.0], sid::T);
+    }
+    let w = x.matrix(sid::T);
+    if let Some(scales) = scales {
+        balance::restore(layout, &scales, w);
+    }
+    dense::unpack(layout, w, out);
+    if out.iter().all(|x| x.is_finite()) { Ok(norm) } else { Err(overflow()) }
+}
+
+fn in_pairs(
+    layout: Layout,
+    recipe: Recipe,
+    a: &[f64],
+    out: &mut [f64],
+    memory: &mut [Eight],
+    watch: &mut Watch,
+) -> Result<f64> {
+    let packs = layout.packs(layout.rows);
+    // Formed in the last slot of the larger work space, moved to where either depth has it first.
+    let (first, _) = memory.split_at_mut(packs);
+    dense::pack(layout, a, first);
+    let norm = dense::norms(layout, first)[0];
+    let scales = balance::balance(layout, first);
+    let depth = depth_for(dense::norms(layout, first)[0]);
+    let mut x = Pairs::new(layout, SLOTS, depth, memory, watch);
+    x.matrix(sid::A).lo.fill(Eight::ZERO);
+    let (form, _) = recipe.run(&mut x)?;
+    if form == Form::Increment {
+        x.add_diagonal([1.0, 0.0], sid::T);
+    }
+    let w = x.matrix(sid::T).hi;
+    if let Some(scales) = scales {
+        balance::restore(layout, &scales, w);
+    }
+    dense::unpack(layout, w, out);
+    if out.iter().all(|x| x.is_finite()) { Ok(norm) } else { Err(overflow()) }
+}
+
+/// Two slices leave 78 bits, of which every doubling costs one; the result needs 53 and some.
+fn depth_for(norm: f64) -> Depth {
+    if norm <= 1024.0 { Depth::Two } else { Depth::Three }
+}
+
+/// An increment as a pair of matrices, or a whole exponential where it decays.
+pub struct Exponential {
+    /// Where columns lie.
+    pub layout: Layout,
+    /// Which of the two it is.
+    pub form: Form,
+    /// Leading parts.
+    pub hi: Vec<Eight>,
+    /// Remainders; 0 where the scheme ran in doubles.
+    pub lo: Vec<Eight>,
+    /// Doublings taken.
+    pub doublings: u32,
+    /// 1-norm of the matrix, as stored column by column.
+    pub norm: f64,
+}
+
+/// `exp(tau A)` of the exact product of the doubles `tau` and `A`, in doubles or (`pairs`) in pairs
+/// to 103 bits; `a` column by column.
+///
+/// # Errors
+/// As [`exponentials`].
+pub fn exponential(
+    rows: usize,
+    recipe: Recipe,
+    a: &[f64],
+    tau: f64,
+    pairs: bool,
+    watch: &mut Watch,
+) -> Result<Exponential> {
+    let layout = Layout::new(rows);
+    let packs = layout.packs(rows);
+    let (mut hi, mut lo) = (dense::zeros(packs)?, dense::zeros(packs)?);
+    dense::pack(layout, a, &mut hi);
+    // Balancing commutes with the product by tau but for overflow, which the final check finds.
+    let scales = balance::balance(layout, &mut hi);
+    for (hi, lo) in doubles_mut(&mut hi).iter_mut().zip(doubles_mut(&mut lo)) {
+        [*hi, *lo] = crate::linalg::twofold::two_product(tau, *hi);
+    }
+    if !dense::is_finite(&hi) {
+        return Err(Error::overflow(format!(
+            "tau * A overflows: an entry exceeds 1.8e308 for tau = {tau:e}"
+        )));
+    }
+    let norm = dense::norms(layout, &hi)[0];
+    let (form, doublings);
+    if pairs || recipe.in_pairs(rows) {
+        let depth = if pairs { Depth::Three } else { depth_for(norm) };
+        let mut memory = dense::zeros(packs * Pairs::matrices(SLOTS, depth))?;
+        let mut x = Pairs::new(layout, SLOTS, depth, &mut memory, watch);
+        let matrix = x.matrix(sid::A);
+        (matrix.hi.copy_from_slice(&hi), matrix.lo.copy_from_slice(&lo));
+        (form, doublings) = recipe.run(&mut x)?;
+        let t = x.matrix(sid::T);
+        (hi.copy_from_slice(t.hi), lo.copy_from_slice(t.lo));
+    } else {
+        let mut memory = dense::zeros(packs * SLOTS)?;
+        let mut x = Doubles::new(layout, &mut memory, watch);
+        x.matrix(sid::A).copy_from_slice(&hi);
+        (form, doublings) = recipe.run(&mut x)?;
+        hi.copy_from_slice(x.matrix(sid::T));
+        lo.fill(Eight::ZERO);
+    }
+    if let Some(scales) = scales {
+        balance::restore(layout, &scales, &mut hi);
+        balance::restore(layout, &scales, &mut lo);
+    }
+    if !dense::is_finite(&hi) {
+        return Err(overflow());
+    }
+    Ok(Exponential { layout, form, hi, lo, doublings, norm })
+}

@@ -1,0 +1,98 @@
+//! The matrix product, one tile for every instruction set.
+//!
+//! Each entry of the result has one accumulator that takes its terms in the order of the inner
+//! index, each by one fused multiply-add. The tile only decides which entries are computed side by
+//! side, so all levels give the same bits.
+
+use super::pack::{Lanes, Pack, packs, packs_mut};
+use super::{Body, Eight, Layout, doubles};
+
+/// `C = A B`, or `C = A B + alpha D`, column by column in storage.
+///
+/// `A` is square, the others have as many rows. The rows that pad a column to whole packs are
+/// computed along with the others.
+pub struct Product<'a> {
+    /// How the columns of all four lie in memory.
+    pub layout: Layout,
+    /// Columns of `B`, `C`, `D`.
+    pub columns: usize,
+    /// Left factor.
+    pub a: &'a [Eight],
+    /// Right factor.
+    pub b: &'a [Eight],
+    /// What is added: a factor and a matrix.
+    pub add: Option<(f64, &'a [Eight])>,
+    /// The result.
+    pub c: &'a mut [Eight],
+}
+
+impl Body for Product<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Lanes>(mut self) {
+        let (height, _) = V::TILE;
+        let mut row = 0;
+        while row < self.layout.height {
+            row += match self.layout.height - row {
+                left if left >= 3 && height >= 3 => self.panel::<V, 3>(row),
+                left if left >= 2 && height >= 2 => self.panel::<V, 2>(row),
+                _ => self.panel::<V, 1>(row),
+            };
+        }
+    }
+}
+
+impl Product<'_> {
+    /// `R` packs of rows, all columns.
+    #[inline(always)]
+    fn panel<V: Lanes, const R: usize>(&mut self, row: usize) -> usize {
+        let (_, width) = V::TILE;
+        let mut column = 0;
+        while column < self.columns {
+            column += match (self.columns - column).min(width) {
+                8.. if width >= 8 => self.tile::<V, R, 8>(row, column),
+                7 if width >= 8 => self.tile::<V, R, 7>(row, column),
+                6 if width >= 6 => self.tile::<V, R, 6>(row, column),
+                5 if width >= 6 => self.tile::<V, R, 5>(row, column),
+                4 => self.tile::<V, R, 4>(row, column),
+                3 => self.tile::<V, R, 3>(row, column),
+                2 => self.tile::<V, R, 2>(row, column),
+                _ => self.tile::<V, R, 1>(row, column),
+            };
+        }
+        R
+    }
+
+    /// `R` packs of rows, `N` columns.
+    #[inline(always)]
+    fn tile<V: Lanes, const R: usize, const N: usize>(&mut self, row: usize, col: usize) -> usize {
+        let Layout { rows, stride, .. } = self.layout;
+        let mut b: [&[f64]; N] = [&[]; N];
+        for (j, b) in b.iter_mut().enumerate() {
+            *b = &doubles(self.b)[8 * stride * (col + j)..][..rows];
+        }
+        let mut sum = [[Pack::<V>::splat(0.0); R]; N];
+        let a = packs::<V>(self.a);
+        for k in 0..rows {
+            let a: &[Pack<V>; R] = a[k * stride + row..].first_chunk().expect("R packs of rows");
+            for j in 0..N {
+                let x = Pack::splat(b[j][k]);
+                for i in 0..R {
+                    sum[j][i] = a[i].mul_add(x, sum[j][i]);
+                }
+            }
+        }
+        for (j, sum) in sum.iter_mut().enumerate() {
+            let at = (col + j) * stride + row;
+            if let Some((alpha, d)) = self.add {
+                let alpha = Pack::splat(alpha);
+                for (sum, d) in sum.iter_mut().zip(&packs::<V>(d)[at..]) {
+                    *sum = alpha.mul_add(*d, *sum);
+                }
+            }
+            packs_mut::<V>(self.c)[at..at + R].copy_from_slice(sum);
+        }
+        N
+    }
+}

@@ -1,0 +1,385 @@
+//! Eight doubles in registers: `[f64; 8]`, two AVX2 vectors, or one AVX-512 vector.
+//!
+//! Only this file names intrinsics. Every operation rounds as IEEE 754 says, so the three forms
+//! agree to the last bit.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use super::{Body, Eight};
+
+/// The operations a kernel may use on eight lanes.
+///
+/// The implementing types stay inside the kernel folder: only [`dispatch`](super::dispatch) can
+/// bring them into play, after it has seen that the machine has their instructions.
+pub trait Lanes: Copy + 'static {
+    /// Height (packs) and width (columns) of the product tile that fits the registers.
+    const TILE: (usize, usize);
+    /// The same for a tile that keeps three accumulators an entry.
+    const PAIR_TILE: (usize, usize);
+    /// The same number in all lanes.
+    fn splat(x: f64) -> Self;
+    /// Sum.
+    fn add(self, other: Self) -> Self;
+    /// Difference.
+    fn sub(self, other: Self) -> Self;
+    /// Product.
+    fn mul(self, other: Self) -> Self;
+    /// Quotient.
+    fn div(self, other: Self) -> Self;
+    /// `self * a + b`, rounded once.
+    fn mul_add(self, a: Self, b: Self) -> Self;
+    /// The larger of two; `other` where one is not a number.
+    fn max(self, other: Self) -> Self;
+    /// Magnitude.
+    fn abs(self) -> Self;
+    /// The power of two at or below the magnitude; 0 for 0 and for subnormal numbers.
+    fn binade(self) -> Self;
+    /// The lanes.
+    fn lanes(self) -> [f64; 8];
+    /// Runs another body at the same level, as a function call of its own.
+    fn call<B: Body>(body: B) -> B::Output;
+}
+
+/// Eight lanes with operators. Write formulas over this type.
+#[derive(Clone, Copy)]
+#[repr(transparent)]
+pub struct Pack<V>(pub V);
+
+/// The packs of a piece of memory.
+#[inline(always)]
+pub fn packs<V: Lanes>(memory: &[Eight]) -> &[Pack<V>] {
+    const { assert!(size_of::<V>() == 64 && align_of::<V>() <= 64) }
+    // SAFETY: a `Pack<V>` is eight doubles, as `Eight` is, and no stricter in alignment.
+    unsafe { std::slice::from_raw_parts(memory.as_ptr().cast(), memory.len()) }
+}
+
+/// The packs of a piece of memory, to write.
+#[inline(always)]
+pub fn packs_mut<V: Lanes>(memory: &mut [Eight]) -> &mut [Pack<V>] {
+    const { assert!(size_of::<V>() == 64 && align_of::<V>() <= 64) }
+    // SAFETY: as in `packs`; the borrow is exclusive.
+    unsafe { std::slice::from_raw_parts_mut(memory.as_mut_ptr().cast(), memory.len()) }
+}
+
+impl<V: Lanes> Pack<V> {
+    /// The same number in all lanes.
+    #[inline(always)]
+    pub fn splat(x: f64) -> Self {
+        Pack(V::splat(x))
+    }
+    /// `self * a + b`, rounded once.
+    #[inline(always)]
+    pub fn mul_add(self, a: Self, b: Self) -> Self {
+        Pack(self.0.mul_add(a.0, b.0))
+    }
+    /// Magnitude.
+    #[inline(always)]
+    pub fn abs(self) -> Self {
+        Pack(self.0.abs())
+    }
+    /// The larger of two; `other` where one is not a number.
+    #[inline(always)]
+    pub fn max(self, other: Self) -> Self {
+        Pack(self.0.max(other.0))
+    }
+    /// The power of two at or below the magnitude; 0 for 0 and for subnormal numbers.
+    #[inline(always)]
+    pub fn binade(self) -> Self {
+        Pack(self.0.binade())
+    }
+    /// The lanes.
+    #[inline(always)]
+    pub fn lanes(self) -> [f64; 8] {
+        self.0.lanes()
+    }
+    /// The sum of the lanes, in a fixed order.
+    #[inline(always)]
+    pub fn sum(self) -> f64 {
+        let x = self.lanes();
+        ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]))
+    }
+    /// The largest lane.
+    #[inline(always)]
+    pub fn largest(self) -> f64 {
+        let x = self.lanes();
+        let larger = |a: f64, b: f64| if a > b { a } else { b };
+        larger(
+            larger(larger(x[0], x[4]), larger(x[2], x[6])),
+            larger(larger(x[1], x[5]), larger(x[3], x[7])),
+        )
+    }
+    /// The rounded sum and its error, exactly (Knuth).
+    #[inline(always)]
+    pub fn two_sum(self, b: Self) -> (Self, Self) {
+        let s = self + b;
+        let t = s - self;
+        (s, (self - (s - t)) + (b - t))
+    }
+    /// The same where `|self| >= |b|` (Dekker).
+    #[inline(always)]
+    pub fn fast_two_sum(self, b: Self) -> (Self, Self) {
+        let s = self + b;
+        (s, b - (s - self))
+    }
+    /// The rounded product and its error, exactly.
+    #[inline(always)]
+    pub fn two_product(self, b: Self) -> (Self, Self) {
+        let p = self * b;
+        (p, self.mul_add(b, -p))
+    }
+}
+
+macro_rules! operators {
+    ($($trait:ident $method:ident)*) => {$(
+        impl<V: Lanes> $trait for Pack<V> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self { Pack(self.0.$method(other.0)) }
+        }
+    )*};
+}
+operators!(Add add Sub sub Mul mul Div div);
+
+impl<V: Lanes> Neg for Pack<V> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Pack::splat(-0.0) - self
+    }
+}
+
+const EXPONENT: u64 = 0x7ff0_0000_0000_0000;
+
+/// Fused multiply-add that never asks the platform's C library, whose version could change bits.
+#[inline(always)]
+pub(crate) fn fused(a: f64, b: f64, c: f64) -> f64 {
+    if cfg!(any(target_feature = "fma", target_arch = "aarch64")) {
+        a.mul_add(b, c)
+    } else {
+        libm::fma(a, b, c)
+    }
+}
+
+impl Lanes for [f64; 8] {
+    const TILE: (usize, usize) = (1, 4);
+    const PAIR_TILE: (usize, usize) = (1, 2);
+    #[inline(always)]
+    fn splat(x: f64) -> Self {
+        [x; 8]
+    }
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        std::array::from_fn(|i| self[i] + other[i])
+    }
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        std::array::from_fn(|i| self[i] - other[i])
+    }
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        std::array::from_fn(|i| self[i] * other[i])
+    }
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        std::array::from_fn(|i| self[i] / other[i])
+    }
+    #[inline(always)]
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        std::array::from_fn(|i| fused(self[i], a[i], b[i]))
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        std::array::from_fn(|i| if self[i] > other[i] { self[i] } else { other[i] })
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.map(f64::abs)
+    }
+    #[inline(always)]
+    fn binade(self) -> Self {
+        self.map(|x| f64::from_bits(x.to_bits() & EXPONENT))
+    }
+    #[inline(always)]
+    fn lanes(self) -> [f64; 8] {
+        self
+    }
+    #[inline(always)]
+    fn call<B: Body>(body: B) -> B::Output {
+        portable(body)
+    }
+}
+
+#[inline(never)]
+fn portable<B: Body>(body: B) -> B::Output {
+    body.run::<[f64; 8]>()
+}
+
+#[cfg(target_arch = "x86_64")]
+pub(super) use x86::{avx2, avx512};
+
+#[cfg(target_arch = "x86_64")]
+mod x86 {
+    use std::arch::x86_64::*;
+
+    use super::{Body, EXPONENT, Lanes};
+
+    /// Runs a body with AVX2 and FMA.
+    #[target_feature(enable = "avx2,fma")]
+    pub unsafe fn avx2<B: Body>(body: B) -> B::Output {
+        body.run::<[Ymm; 2]>()
+    }
+
+    /// Runs a body with AVX-512.
+    #[target_feature(enable = "avx512f,avx512dq,avx512vl,fma")]
+    pub unsafe fn avx512<B: Body>(body: B) -> B::Output {
+        body.run::<Zmm>()
+    }
+
+    #[derive(Clone, Copy)]
+    #[repr(transparent)]
+    pub struct Ymm(__m256d);
+
+    #[derive(Clone, Copy)]
+    #[repr(transparent)]
+    pub struct Zmm(__m512d);
+
+    macro_rules! binary {
+        ($($method:ident $ymm:ident $zmm:ident)*) => {
+            impl Ymm { $(
+                #[inline(always)]
+                fn $method(self, other: Self) -> Self {
+                    // SAFETY: a `Ymm` exists only below `avx2`, whose caller found AVX2.
+                    Ymm(unsafe { $ymm(self.0, other.0) })
+                }
+            )* }
+            impl Zmm { $(
+                #[inline(always)]
+                fn $method(self, other: Self) -> Self {
+                    // SAFETY: a `Zmm` exists only below `avx512`, whose caller found AVX-512.
+                    Zmm(unsafe { $zmm(self.0, other.0) })
+                }
+            )* }
+        };
+    }
+    binary! {
+        plus _mm256_add_pd _mm512_add_pd
+        minus _mm256_sub_pd _mm512_sub_pd
+        times _mm256_mul_pd _mm512_mul_pd
+        over _mm256_div_pd _mm512_div_pd
+        larger _mm256_max_pd _mm512_max_pd
+        masked _mm256_and_pd _mm512_and_pd
+    }
+
+    impl Lanes for [Ymm; 2] {
+        const TILE: (usize, usize) = (1, 6);
+        const PAIR_TILE: (usize, usize) = (1, 2);
+        #[inline(always)]
+        fn splat(x: f64) -> Self {
+            // SAFETY: reached only below `avx2`.
+            [Ymm(unsafe { _mm256_set1_pd(x) }); 2]
+        }
+        #[inline(always)]
+        fn add(self, o: Self) -> Self {
+            [self[0].plus(o[0]), self[1].plus(o[1])]
+        }
+        #[inline(always)]
+        fn sub(self, o: Self) -> Self {
+            [self[0].minus(o[0]), self[1].minus(o[1])]
+        }
+        #[inline(always)]
+        fn mul(self, o: Self) -> Self {
+            [self[0].times(o[0]), self[1].times(o[1])]
+        }
+        #[inline(always)]
+        fn div(self, o: Self) -> Self {
+            [self[0].over(o[0]), self[1].over(o[1])]
+        }
+        #[inline(always)]
+        fn mul_add(self, a: Self, b: Self) -> Self {
+            // SAFETY: reached only below `avx2`.
+            unsafe {
+                [
+                    Ymm(_mm256_fmadd_pd(self[0].0, a[0].0, b[0].0)),
+                    Ymm(_mm256_fmadd_pd(self[1].0, a[1].0, b[1].0)),
+                ]
+            }
+        }
+        #[inline(always)]
+        fn max(self, o: Self) -> Self {
+            [self[0].larger(o[0]), self[1].larger(o[1])]
+        }
+        #[inline(always)]
+        fn abs(self) -> Self {
+            let mask = Self::splat(f64::from_bits(i64::MAX as u64));
+            [self[0].masked(mask[0]), self[1].masked(mask[1])]
+        }
+        #[inline(always)]
+        fn binade(self) -> Self {
+            let mask = Self::splat(f64::from_bits(EXPONENT));
+            [self[0].masked(mask[0]), self[1].masked(mask[1])]
+        }
+        #[inline(always)]
+        fn lanes(self) -> [f64; 8] {
+            // SAFETY: two vectors of four doubles are eight doubles.
+            unsafe { std::mem::transmute(self) }
+        }
+        #[inline(always)]
+        fn call<B: Body>(body: B) -> B::Output {
+            // SAFETY: reached only below `avx2`.
+            unsafe { avx2(body) }
+        }
+    }
+
+    impl Lanes for Zmm {
+        const TILE: (usize, usize) = (3, 8);
+        const PAIR_TILE: (usize, usize) = (2, 4);
+        #[inline(always)]
+        fn splat(x: f64) -> Self {
+            // SAFETY: reached only below `avx512`.
+            Zmm(unsafe { _mm512_set1_pd(x) })
+        }
+        #[inline(always)]
+        fn add(self, o: Self) -> Self {
+            self.plus(o)
+        }
+        #[inline(always)]
+        fn sub(self, o: Self) -> Self {
+            self.minus(o)
+        }
+        #[inline(always)]
+        fn mul(self, o: Self) -> Self {
+            self.times(o)
+        }
+        #[inline(always)]
+        fn div(self, o: Self) -> Self {
+            self.over(o)
+        }
+        #[inline(always)]
+        fn mul_add(self, a: Self, b: Self) -> Self {
+            // SAFETY: reached only below `avx512`.
+            Zmm(unsafe { _mm512_fmadd_pd(self.0, a.0, b.0) })
+        }
+        #[inline(always)]
+        fn max(self, o: Self) -> Self {
+            self.larger(o)
+        }
+        #[inline(always)]
+        fn abs(self) -> Self {
+            self.masked(Self::splat(f64::from_bits(i64::MAX as u64)))
+        }
+        #[inline(always)]
+        fn binade(self) -> Self {
+            self.masked(Self::splat(f64::from_bits(EXPONENT)))
+        }
+        #[inline(always)]
+        fn lanes(self) -> [f64; 8] {
+            // SAFETY: a vector of eight doubles.
+            unsafe { std::mem::transmute(self) }
+        }
+        #[inline(always)]
+        fn call<B: Body>(body: B) -> B::Output {
+            // SAFETY: reached only below `avx512`.
+            unsafe { avx512(body) }
+        }
+    }
+}

@@ -1,0 +1,274 @@
+//! Products of matrices held as unevaluated sums `hi + lo`, at the speed of ordinary products.
+//!
+//! The left factor is cut row by row, the right one column by column, into slices of `b` bits, with
+//! `2 b + log2(inner) <= 53`. The product of two leading slices is then exact in ordinary
+//! arithmetic, in whatever order it is summed; what is left is small enough that rounding it does
+//! no harm. Two slices a factor cost three ordinary products and leave an error of `2^-53-b` of the
+//! row's and column's largest entries, three slices cost six and leave `2^-53-2b`.
+//!
+//! Source: Ozaki, Ogita, Oishi & Rump, Numer. Algorithms 59 (2012), here on pairs.
+
+use super::pack::{Lanes, Pack, packs, packs_mut};
+use super::{Body, Eight, Layout, doubles};
+
+/// How deep factors are cut.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Depth {
+    /// Two slices, three products: 78 bits.
+    Two,
+    /// Three slices, six products: 103 bits.
+    Three,
+}
+
+/// Bits of a slice for sums of `inner` terms.
+pub fn slice_bits(inner: usize) -> i32 {
+    let log = usize::BITS - inner.max(1).saturating_sub(1).leading_zeros();
+    (53 - log as i32) / 2
+}
+
+/// What rounds a number to a multiple of `2^-bits` of twice its binade when added and taken off.
+#[inline(always)]
+fn shift(bits: i32) -> f64 {
+    1.5 * f64::from_bits(((1023 + 53 - bits) as u64) << 52)
+}
+
+/// Cuts a matrix of pairs into slices of `bits` bits.
+pub struct Slices<'a> {
+    /// Rows together (for a left factor) or columns together (for a right factor).
+    pub rows: bool,
+    /// How the columns lie in memory.
+    pub layout: Layout,
+    /// Columns.
+    pub columns: usize,
+    /// Bits of a slice.
+    pub bits: i32,
+    /// Slices to make.
+    pub depth: Depth,
+    /// The matrix: leading parts.
+    pub hi: &'a [Eight],
+    /// The matrix: remainders.
+    pub lo: &'a [Eight],
+    /// The slices; the third is left alone at [`Depth::Two`].
+    pub out: [&'a mut [Eight]; 3],
+}
+
+impl Body for Slices<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Lanes>(mut self) {
+        let factor = Pack::<V>::splat(shift(self.bits));
+        let Layout { height, stride, .. } = self.layout;
+        let columns = self.columns;
+        let hi = packs::<V>(self.hi);
+        if self.rows {
+            for i in 0..height {
+                let mut largest = Pack::<V>::splat(0.0);
+                for j in 0..columns {
+                    largest = hi[j * stride + i].abs().max(largest);
+                }
+                let shift = largest.binade() * factor;
+                for j in 0..columns {
+                    self.cut(j * stride + i, shift);
+                }
+            }
+        } else {
+            for j in 0..columns {
+                let column = &hi[j * stride..][..height];
+                let mut largest = Pack::<V>::splat(0.0);
+                for x in column {
+                    largest = x.abs().max(largest);
+                }
+                let shift = Pack::splat(largest.largest()).binade() * factor;
+                for i in 0..height {
+                    self.cut(j * stride + i, shift);
+                }
+            }
+        }
+    }
+}
+
+impl Slices<'_> {
+    #[inline(always)]
+    fn cut<V: Lanes>(&mut self, at: usize, shift: Pack<V>) {
+        let (hi, lo) = (packs::<V>(self.hi)[at], packs::<V>(self.lo)[at]);
+        let first = (hi + shift) - shift;
+        let rest = hi - first;
+        packs_mut::<V>(self.out[0])[at] = first;
+        match self.depth {
+            Depth::Two => packs_mut::<V>(self.out[1])[at] = rest + lo,
+            Depth::Three => {
+                let finer = shift * Pack::splat(f64::from_bits(((1023 - self.bits) as u64) << 52));
+                let second = (rest + finer) - finer;
+                packs_mut::<V>(self.out[1])[at] = second;
+                packs_mut::<V>(self.out[2])[at] = (rest - second) + lo;
+            }
+        }
+    }
+}
+
+/// `C = A B`, or `C = A B + alpha D` with `alpha` a power of two, on pairs.
+pub struct PairProduct<'a> {
+    /// How the columns of all matrices lie in memory.
+    pub layout: Layout,
+    /// Columns of `B`, `C`, `D`.
+    pub columns: usize,
+    /// How deep the factors were cut.
+    pub depth: Depth,
+    /// Slices of the left factor, by rows.
+    pub a: [&'a [Eight]; 3],
+    /// Slices of the right factor, by columns; at [`Depth::Two`] the third is its leading part, whole.
+    pub b: [&'a [Eight]; 3],
+    /// What is added: a factor, leading parts, remainders.
+    pub add: Option<(f64, &'a [Eight], &'a [Eight])>,
+    /// The result: leading parts, correctly rounded sums of the pair.
+    pub hi: &'a mut [Eight],
+    /// The result: remainders.
+    pub lo: &'a mut [Eight],
+}
+
+impl Body for PairProduct<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Lanes>(mut self) {
+        match self.depth {
+            Depth::Two => self.sweep::<V, false>(),
+            Depth::Three => self.sweep::<V, true>(),
+        }
+    }
+}
+
+impl PairProduct<'_> {
+    #[inline(always)]
+    fn sweep<V: Lanes, const DEEP: bool>(&mut self) {
+        let (height, _) = V::PAIR_TILE;
+        let mut row = 0;
+        while row < self.layout.height {
+            row += if height >= 2 && self.layout.height - row >= 2 {
+                self.panel::<V, DEEP, 2>(row)
+            } else {
+                self.panel::<V, DEEP, 1>(row)
+            };
+        }
+    }
+
+    #[inline(always)]
+    fn panel<V: Lanes, const DEEP: bool, const R: usize>(&mut self, row: usize) -> usize {
+        let (_, width) = V::PAIR_TILE;
+        let mut column = 0;
+        while column < self.columns {
+            column += match (self.columns - column).min(width) {
+                4.. if width >= 4 => self.tile::<V, DEEP, R, 4>(row, column),
+                3 if width >= 4 => self.tile::<V, DEEP, R, 3>(row, column),
+                2 => self.tile::<V, DEEP, R, 2>(row, column),
+                _ => self.tile::<V, DEEP, R, 1>(row, column),
+            };
+        }
+        R
+    }
+
+    #[inline(always)]
+    fn tile<V: Lanes, const DEEP: bool, const R: usize, const N: usize>(
+        &mut self,
+        row: usize,
+        col: usize,
+    ) -> usize {
+        let Layout { rows, stride, .. } = self.layout;
+        let mut b: [[&[f64]; 3]; N] = [[&[]; 3]; N];
+        for (j, b) in b.iter_mut().enumerate() {
+            for (b, slice) in b.iter_mut().zip(self.b) {
+                *b = &doubles(slice)[8 * stride * (col + j)..][..rows];
+            }
+        }
+        let [a1, a2, a3] = [packs::<V>(self.a[0]), packs::<V>(self.a[1]), packs::<V>(self.a[2])];
+        let zero = [[Pack::<V>::splat(0.0); R]; N];
+        // Exact; exact too with three slices; rounded.
+        let (mut first, mut second, mut third) = (zero, zero, zero);
+        for k in 0..rows {
+            let at = k * stride + row;
+            let a1: &[Pack<V>; R] = a1[at..].first_chunk().expect("R packs of rows");
+            let a2: &[Pack<V>; R] = a2[at..].first_chunk().expect("R packs of rows");
+            if DEEP {
+                let a3: &[Pack<V>; R] = a3[at..].first_chunk().expect("R packs of rows");
+                for j in 0..N {
+                    let b1 = Pack::splat(b[j][0][k]);
+                    let b2 = Pack::splat(b[j][1][k]);
+                    let b3 = Pack::splat(b[j][2][k]);
+                    for i in 0..R {
+                        first[j][i] = a1[i].mul_add(b1, first[j][i]);
+                        second[j][i] = a1[i].mul_add(b2, second[j][i]);
+                        second[j][i] = a2[i].mul_add(b1, second[j][i]);
+                        third[j][i] = a1[i].mul_add(b3, third[j][i]);
+                        third[j][i] = a2[i].mul_add(b2, third[j][i]);
+                        third[j][i] = a3[i].mul_add(b1, third[j][i]);
+                    }
+                }
+            } else {
+                for j in 0..N {
+                    let b1 = Pack::splat(b[j][0][k]);
+                    let b2 = Pack::splat(b[j][1][k]);
+                    let whole = Pack::splat(b[j][2][k]);
+                    for i in 0..R {
+                        first[j][i] = a1[i].mul_add(b1, first[j][i]);
+                        second[j][i] = a1[i].mul_add(b2, second[j][i]);
+                        third[j][i] = a2[i].mul_add(whole, third[j][i]);
+                    }
+                }
+            }
+        }
+        for j in 0..N {
+            for i in 0..R {
+                let at = (col + j) * stride + row + i;
+                let (mut h, mut l) = first[j][i].two_sum(second[j][i]);
+                l = l + third[j][i];
+                if let Some((alpha, d_hi, d_lo)) = self.add {
+                    let alpha = Pack::splat(alpha);
+                    let (s, e) = (alpha * packs::<V>(d_hi)[at]).two_sum(h);
+                    h = s;
+                    l = alpha.mul_add(packs::<V>(d_lo)[at], l + e);
+                }
+                let (h, l) = h.two_sum(l);
+                packs_mut::<V>(self.hi)[at] = h;
+                packs_mut::<V>(self.lo)[at] = l;
+            }
+        }
+        N
+    }
+}
+
+/// `out = sum of c X` over pairs, coefficients pairs too, element by element.
+pub struct Combination<'a, const N: usize> {
+    /// Coefficients and matrices (leading parts, remainders).
+    pub terms: [([f64; 2], &'a [Eight], &'a [Eight]); N],
+    /// The result: leading parts.
+    pub hi: &'a mut [Eight],
+    /// The result: remainders.
+    pub lo: &'a mut [Eight],
+}
+
+impl<const N: usize> Body for Combination<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Lanes>(self) {
+        let len = self.hi.len();
+        let (out_hi, out_lo) = (packs_mut::<V>(self.hi), packs_mut::<V>(self.lo));
+        for at in 0..len {
+            let mut sum = Pack::<V>::splat(0.0);
+            let mut rest = Pack::<V>::splat(0.0);
+            for ([c_hi, c_lo], x_hi, x_lo) in &self.terms {
+                let (c_hi, c_lo) = (Pack::splat(*c_hi), Pack::splat(*c_lo));
+                let (x_hi, x_lo) = (packs::<V>(x_hi)[at], packs::<V>(x_lo)[at]);
+                let (p, e) = c_hi.two_product(x_hi);
+                let e = c_hi.mul_add(x_lo, c_lo.mul_add(x_hi, e));
+                let (s, t) = sum.two_sum(p);
+                sum = s;
+                rest = rest + (t + e);
+            }
+            let (h, l) = sum.two_sum(rest);
+            out_hi[at] = h;
+            out_lo[at] = l;
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! Dense linear algebra: the only folder that names faer or nalgebra.
+
+pub mod dense;
+pub mod kernel;
+pub mod pair;
+pub mod symplectic;
+pub mod twofold;

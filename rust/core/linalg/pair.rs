@@ -1,0 +1,140 @@
+//! Matrices as unevaluated sums `hi + lo` of two matrices of doubles: 106 bits.
+
+use super::dense::{Watch, panel_columns};
+use super::kernel::{Combination, Depth, Eight, Layout, PairProduct, Slices, dispatch, slice_bits};
+use crate::error::Result;
+
+/// A matrix of pairs, to read.
+#[derive(Clone, Copy)]
+pub struct Pair<'a> {
+    /// Leading parts.
+    pub hi: &'a [Eight],
+    /// Remainders, below half a unit in the last place of the leading parts.
+    pub lo: &'a [Eight],
+}
+
+/// A matrix of pairs, to write.
+pub struct PairMut<'a> {
+    /// Leading parts.
+    pub hi: &'a mut [Eight],
+    /// Remainders.
+    pub lo: &'a mut [Eight],
+}
+
+impl PairMut<'_> {
+    /// The matrix, to read.
+    pub fn view(&self) -> Pair<'_> {
+        Pair { hi: self.hi, lo: self.lo }
+    }
+}
+
+/// Cuts memory into `N` matrices of pairs of `packs` packs a part.
+pub fn pair_pieces<const N: usize>(memory: &mut [Eight], packs: usize) -> [PairMut<'_>; N] {
+    let mut rest = memory.chunks_exact_mut(packs);
+    std::array::from_fn(|_| {
+        let (hi, lo) = (rest.next(), rest.next());
+        PairMut { hi: hi.expect("2 N pieces"), lo: lo.expect("2 N pieces") }
+    })
+}
+
+/// Products of pairs of one size and depth, with the memory for their slices.
+pub struct PairEngine<'a> {
+    layout: Layout,
+    depth: Depth,
+    bits: i32,
+    left: [&'a mut [Eight]; 3],
+    right: [&'a mut [Eight]; 3],
+}
+
+impl<'a> PairEngine<'a> {
+    /// Matrices of work space an engine needs.
+    pub const fn pieces(depth: Depth) -> usize {
+        match depth {
+            Depth::Two => 4,
+            Depth::Three => 6,
+        }
+    }
+
+    /// An engine working in `memory`: [`pieces`](Self::pieces) matrices.
+    pub fn new(layout: Layout, depth: Depth, memory: &'a mut [Eight]) -> Self {
+        let packs = layout.packs(layout.rows);
+        let (mut left, mut right): ([&mut [Eight]; 3], [&mut [Eight]; 3]) = Default::default();
+        let mut rest = memory.chunks_exact_mut(packs);
+        for i in 0..Self::pieces(depth) / 2 {
+            left[i] = rest.next().expect("work space of `pieces` matrices");
+            right[i] = rest.next().expect("work space of `pieces` matrices");
+        }
+        PairEngine { layout, depth, bits: slice_bits(layout.rows), left, right }
+    }
+
+    /// `C = A B (+ alpha D)`, `alpha` a power of two. Large products look outside in between.
+    pub fn multiply(
+        &mut self,
+        a: Pair,
+        b: Pair,
+        add: Option<(f64, Pair)>,
+        c: &mut PairMut,
+        watch: &mut Watch,
+    ) -> Result<()> {
+        self.cut_left(a);
+        self.multiply_cut(b, add, c, watch)
+    }
+
+    /// Cuts a left factor that several products share.
+    pub fn cut_left(&mut self, a: Pair) {
+        let [one, two, three] = &mut self.left;
+        let (layout, bits, depth) = (self.layout, self.bits, self.depth);
+        let out = [&mut **one, &mut **two, &mut **three];
+        dispatch(Slices { rows: true, layout, columns: layout.rows, bits, depth, hi: a.hi, lo: a.lo, out });
+    }
+
+    /// The product with the left factor cut last.
+    pub fn multiply_cut(
+        &mut self,
+        b: Pair,
+        add: Option<(f64, Pair)>,
+        c: &mut PairMut,
+        watch: &mut Watch,
+    ) -> Result<()> {
+        let (layout, bits, depth) = (self.layout, self.bits, self.depth);
+        {
+            let [one, two, three] = &mut self.right;
+            let out = [&mut **one, &mut **two, &mut **three];
+            let columns = b.hi.len() / layout.stride;
+            dispatch(Slices { rows: false, layout, columns, bits, depth, hi: b.hi, lo: b.lo, out });
+        }
+        let a = [&*self.left[0], &*self.left[1], &*self.left[2]];
+        let third = if depth == Depth::Two { b.hi } else { &*self.right[2] };
+        let b = [&*self.right[0], &*self.right[1], third];
+        let panel = layout.packs(panel_columns(layout.rows));
+        let whole = c.hi.len();
+        let mut from = 0;
+        while from < whole {
+            if from > 0 {
+                watch()?;
+            }
+            let to = whole.min(from + panel);
+            dispatch(PairProduct {
+                layout,
+                columns: (to - from) / layout.stride,
+                depth,
+                a,
+                b: b.map(|b| &b[from..]),
+                add: add.map(|(alpha, d)| (alpha, &d.hi[from..], &d.lo[from..])),
+                hi: &mut c.hi[from..to],
+                lo: &mut c.lo[from..to],
+            });
+            from = to;
+        }
+        Ok(())
+    }
+}
+
+/// `out = sum of c X`, coefficients pairs too.
+pub fn combine<const N: usize>(terms: [([f64; 2], Pair); N], out: &mut PairMut) {
+    dispatch(Combination {
+        terms: terms.map(|(c, x)| (c, x.hi, x.lo)),
+        hi: out.hi,
+        lo: out.lo,
+    });
+}

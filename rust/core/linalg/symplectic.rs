@@ -1,0 +1,147 @@
+//! Symplectic tools for matrices of even size, `z = [q; p]`, `J = [0 I; -I 0]`.
+
+use super::dense::{self, Watch, exponent_above, power_of_two};
+use super::kernel::{Depth, Eight, Layout, doubles, doubles_mut};
+use super::pair::{Pair, PairEngine, PairMut, combine};
+use crate::error::Result;
+
+/// `X* = J^-1 X^T J`: the inverse of `X` where `X` is symplectic; `[D^T -B^T; -C^T A^T]` for
+/// `X = [A B; C D]`.
+pub fn adjoint(layout: Layout, x: &[Eight], out: &mut [Eight]) {
+    let (m, ld) = (layout.rows, layout.doubles());
+    let half = m / 2;
+    let other = |i: usize| if i < half { i + half } else { i - half };
+    let (x, out) = (doubles(x), doubles_mut(out));
+    for j in 0..m {
+        for i in 0..m {
+            let value = x[other(i) * ld + other(j)];
+            out[j * ld + i] = if (i < half) == (j < half) { value } else { -value };
+        }
+    }
+}
+
+/// Whether `A` is Hamiltonian, `J A` symmetric, as far as its own rounding can tell.
+pub fn is_hamiltonian(layout: Layout, a: &[Eight]) -> bool {
+    let (m, ld) = (layout.rows, layout.doubles());
+    if m == 0 || !m.is_multiple_of(2) {
+        return false;
+    }
+    let half = m / 2;
+    let a = doubles(a);
+    let at = |i: usize, j: usize| a[j * ld + i];
+    // Pairs that must agree: A and -D^T; B and B^T; C and C^T. Each to rounding of its block.
+    let mut worst = [0.0_f64; 3];
+    let mut largest = [0.0_f64; 3];
+    for i in 0..half {
+        for j in 0..half {
+            let pairs = [
+                (at(i, j), -at(half + j, half + i)),
+                (at(i, half + j), at(j, half + i)),
+                (at(half + i, j), at(half + j, i)),
+            ];
+            for (block, (x, y)) in pairs.into_iter().enumerate() {
+                worst[block] = worst[block].max((x - y).abs());
+                largest[block] = largest[block].max(x.abs()).max(y.abs());
+            }
+        }
+    }
+    (0..3).all(|block| worst[block] <= 1e-13 * largest[block])
+}
+
+/// Exponents of a symplectic scaling `2^d`, `d[i + n] = -d[i]`, that brings rows and columns of `T`
+/// near each other.
+fn balance(layout: Layout, t: &[Eight]) -> Vec<i32> {
+    let (m, ld) = (layout.rows, layout.doubles());
+    let half = m / 2;
+    let t = doubles(t);
+    let mut d = vec![0; m];
+    for _ in 0..4 {
+        for i in 0..half {
+            let k = i + half;
+            // Magnitudes that grow and that shrink with the scale of coordinate i.
+            let (mut grow, mut shrink) = (0.0_f64, 0.0_f64);
+            for j in (0..m).filter(|&j| j != i && j != k) {
+                let scaled = |row: usize, column: usize| {
+                    t[column * ld + row].abs() * power_of_two((d[column] - d[row]).clamp(-900, 900))
+                };
+                grow = grow.max(scaled(j, i)).max(scaled(k, j));
+                shrink = shrink.max(scaled(i, j)).max(scaled(j, k));
+            }
+            let cross = |row: usize, column: usize| {
+                t[column * ld + row].abs() * power_of_two((d[column] - d[row]).clamp(-900, 900))
+            };
+            let (grow, shrink) = (grow.max(cross(k, i).sqrt()), shrink.max(cross(i, k).sqrt()));
+            if grow >= f64::MIN_POSITIVE && shrink >= f64::MIN_POSITIVE {
+                let change = (exponent_above(shrink) - exponent_above(grow)) / 2;
+                d[i] = (d[i] + change).clamp(-400, 400);
+                d[k] = -d[i];
+            }
+        }
+    }
+    d
+}
+
+/// One step of Newton's method towards the symplectic group:
+/// `T <- T - (E + T E) / 2`, `E = T* + T + T* T`.
+///
+/// Returns whether the defect was above rounding and has been taken out. Where it is not above
+/// rounding, or far from 0 (exponentials that grow are symplectic to a relative error only), `T` is
+/// left as it is.
+pub fn polish(layout: Layout, t: &mut [Eight], watch: &mut Watch) -> Result<bool> {
+    let packs = layout.packs(layout.rows);
+    let mut memory = dense::zeros(4 * packs)?;
+    let [scaled, adjoint_t, sum, defect] = dense::pieces(&mut memory, packs);
+    scaled.copy_from_slice(t);
+    let d = balance(layout, scaled);
+    rescale(layout, &d, scaled, 1);
+    adjoint(layout, scaled, adjoint_t);
+    dense::sum([(1.0, &*adjoint_t), (1.0, &*scaled)], sum);
+    dense::multiply(layout, adjoint_t, scaled, Some((1.0, sum)), defect, watch)?;
+    // |T*| |T|, entry by entry, bounds what rounding alone can make of E.
+    let magnitudes = |x: &mut [Eight]| doubles_mut(x).iter_mut().for_each(|x| *x = x.abs());
+    magnitudes(adjoint_t);
+    sum.copy_from_slice(scaled);
+    magnitudes(sum);
+    let mut bound = dense::zeros(packs)?;
+    dense::multiply(layout, adjoint_t, sum, None, &mut bound, watch)?;
+    let (found, rounding) = (largest(defect), f64::EPSILON * largest(&bound));
+    if !(found > rounding && found < 1e-3) {
+        return Ok(false);
+    }
+    dense::multiply(layout, scaled, defect, Some((1.0, defect)), &mut bound, watch)?;
+    dense::sum([(1.0, &*scaled), (-0.5, &*bound)], sum);
+    rescale(layout, &d, sum, -1);
+    t.copy_from_slice(sum);
+    Ok(true)
+}
+
+/// The largest entry of `T* + T + T* T`, evaluated in pairs: how far `I + T` is from symplectic.
+pub fn defect(layout: Layout, t: Pair, watch: &mut Watch) -> Result<f64> {
+    let packs = layout.packs(layout.rows);
+    let mut memory = dense::zeros((6 + PairEngine::pieces(Depth::Three)) * packs)?;
+    let (matrices, slices) = memory.split_at_mut(6 * packs);
+    let [star_hi, star_lo, sum_hi, sum_lo, hi, lo] = dense::pieces(matrices, packs);
+    adjoint(layout, t.hi, star_hi);
+    adjoint(layout, t.lo, star_lo);
+    let star = Pair { hi: star_hi, lo: star_lo };
+    let one = [1.0, 0.0];
+    combine([(one, star), (one, t)], &mut PairMut { hi: sum_hi, lo: sum_lo });
+    let sum = Pair { hi: sum_hi, lo: sum_lo };
+    let mut engine = PairEngine::new(layout, Depth::Three, slices);
+    engine.multiply(star, t, Some((1.0, sum)), &mut PairMut { hi: &mut *hi, lo }, watch)?;
+    Ok(largest(hi))
+}
+
+/// The largest magnitude; not a number where an entry is not.
+pub fn largest(x: &[Eight]) -> f64 {
+    doubles(x).iter().fold(0.0, |largest, x| if x.abs() <= largest { largest } else { x.abs() })
+}
+
+fn rescale(layout: Layout, d: &[i32], x: &mut [Eight], sign: i32) {
+    let x = doubles_mut(x);
+    for (j, dj) in d.iter().enumerate() {
+        for (x, di) in x[j * layout.doubles()..][..layout.rows].iter_mut().zip(d) {
+            *x *= power_of_two(sign * (dj - di));
+        }
+    }
+}

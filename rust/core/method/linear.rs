@@ -1,0 +1,251 @@
+//! Linear systems by their exponential: exact but for rounding, whatever the step.
+//!
+//! `spim` and `pim` are the paper's (eqs. 36–44), `auto` takes the most exact exponential. All step
+//! in blocks ([`Blocks`]).
+
+use std::sync::Arc;
+
+use super::{Bound, MethodInfo, Needs, OptionInfo, Options, State, Step, Stepper, Value, Work};
+use crate::error::{Error, Result};
+use crate::expm::{Blocks, Correction, Propagator, Recipe, Scheme};
+use crate::linalg::dense::Watch;
+use crate::propagate::Clock;
+use crate::system::Problem;
+
+/// Blocks walked step by step: the block of step `k` is what is carried.
+struct LinearSteps {
+    blocks: Blocks,
+}
+
+impl LinearSteps {
+    /// Makes the block that holds step `k` from what is carried; returns the step's place in it.
+    fn prepare(&mut self, k: u64, state: &mut State, work: &mut Work) -> Result<usize> {
+        let width = self.blocks.width() as u64;
+        if k == 1 || width == 1 {
+            // Step 0 is where a run starts: its block is made from the state itself.
+            if k == 1 {
+                self.blocks.start(&state.z, &mut state.carried)?;
+                work.products += u64::from(width.ilog2());
+            }
+        }
+        if k.is_multiple_of(width) {
+            self.blocks.advance(k / width, &mut state.carried)?;
+            work.products += 1;
+        }
+        Ok((k % width) as usize)
+    }
+}
+
+impl<S: ?Sized> Stepper<S> for LinearSteps {
+    fn carried_len(&self) -> usize {
+        self.blocks.carried_len()
+    }
+
+    fn step(&mut self, _: &S, k: u64, t: f64, state: &mut State, work: &mut Work) -> Result<()> {
+        let at = self.prepare(k + 1, state, work)?;
+        self.blocks
+            .read(&state.carried, at, at + 1, &mut state.z, &mut 0)
+            .map_err(|error| located(error, k, t))?;
+        work.steps += 1;
+        Ok(())
+    }
+
+    fn fill(
+        &mut self,
+        _: &S,
+        k: u64,
+        clock: &Clock,
+        state: &mut State,
+        rows: &mut [f64],
+        done: &mut usize,
+        work: &mut Work,
+    ) -> Result<()> {
+        let len = state.z.len();
+        let wanted = rows.len() / len;
+        let mut result = Ok(());
+        while *done < wanted && result.is_ok() {
+            let next = k + *done as u64 + 1;
+            result = self.prepare(next, state, work).and_then(|at| {
+                let to = self.blocks.width().min(at + wanted - *done);
+                let rows = &mut rows[*done * len..][..(to - at) * len];
+                self.blocks.read(&state.carried, at, to, rows, done)
+            });
+        }
+        if let Some(last) = rows[..*done * len].chunks_exact(len).next_back() {
+            state.z.copy_from_slice(last);
+        }
+        work.steps += *done as u64;
+        let reached = k + *done as u64;
+        result.map_err(|error| located(error, reached, clock.t(reached)))
+    }
+}
+
+/// Says at which step a state overflowed.
+fn located(error: Box<Error>, step: u64, t: f64) -> Box<Error> {
+    match *error {
+        Error::Overflow(message) => Box::new(Error::Model {
+            message: format!("{message} (after step {step}, t = {t:e})"),
+            t,
+            step,
+        }),
+        _ => error,
+    }
+}
+
+/// The method that walks a propagator for `batch` trajectories, one after the other in the state.
+///
+/// # Errors
+/// [`Error::Memory`]; what `watch` reports.
+pub fn trajectory_method(
+    propagator: Arc<Propagator>,
+    batch: usize,
+    watch: &mut Watch,
+) -> Result<Box<dyn Step>> {
+    let blocks = Blocks::new(propagator, batch, watch)?;
+    Ok(Box::new(Bound::<_, ()>::new(LinearSteps { blocks }, Arc::new(()), String::new())))
+}
+
+const CORRECTION: OptionInfo = OptionInfo {
+    name: "correction",
+    doc: "\"auto\", \"none\", \"polish\" or \"exact\": what is done about the rounding of the stored \
+          exponential; \"exact\" works in pairs of doubles and keeps the state correctly rounded",
+};
+const DOUBLINGS: OptionInfo = OptionInfo {
+    name: "doublings",
+    doc: "N >= 0: the step is halved N times before the approximation; default 20 for the paper's \
+          schemes, from norms for \"auto\"",
+};
+const PADE: OptionInfo = OptionInfo {
+    name: "pade",
+    doc: "l or (l, m), 0..13, default 2: degrees of the Padé ratio; symplectic only where l = m",
+};
+const ORDER: OptionInfo = OptionInfo {
+    name: "order",
+    doc: "1..30, default 4: order of the Taylor polynomial",
+};
+const REFERENCE: &str = "Huang, Deng & Yao, J. Sound Vib. 299 (2007)";
+
+pub(super) const AUTO: MethodInfo = MethodInfo {
+    name: "auto",
+    aliases: &["exact"],
+    summary: "the exponential right to the last bit (32 states or fewer) or SID 21+",
+    order: None,
+    symplectic: true,
+    symmetric: true,
+    energy_preserving: true,
+    needs: Needs::Linear,
+    reproducible: "every machine",
+    reference: "Sastre, Ibáñez & Defez, Appl. Math. Comput. 340 (2019); Ozaki et al., Numer. \
+                Algorithms 59 (2012)",
+    options: &[CORRECTION, DOUBLINGS],
+    build: |problem, h, options, watch| {
+        let rows = problem.flow().len();
+        let recipe = Recipe { doublings: doublings(options)?, ..Recipe::auto(rows) };
+        let why = match recipe.scheme {
+            Scheme::Exact => "correctly rounded exponential: the state has 32 components or fewer",
+            _ => "SID 21+ in doubles: the state has more than 32 components",
+        };
+        build(problem, h, recipe, options, why, watch)
+    },
+};
+
+pub(super) const SPIM: MethodInfo = MethodInfo {
+    name: "spim",
+    aliases: &[],
+    summary: "the paper's symplectic precise integration: Padé ratio after N doublings",
+    order: Some(4),
+    symplectic: true,
+    symmetric: true,
+    energy_preserving: true,
+    needs: Needs::Linear,
+    reproducible: "every machine to 32 states; one machine above (the ratio's factorisation)",
+    reference: REFERENCE,
+    options: &[CORRECTION, DOUBLINGS, PADE],
+    build: |problem, h, options, watch| {
+        let degrees = degrees(options.counts("pade")?)?;
+        let recipe = Recipe { scheme: Scheme::Spim(degrees), doublings: doublings(options)? };
+        build(problem, h, recipe, options, "", watch)
+    },
+};
+
+pub(super) const PIM: MethodInfo = MethodInfo {
+    name: "pim",
+    aliases: &[],
+    summary: "precise integration: Taylor polynomial, N doublings of the increment",
+    order: Some(4),
+    symplectic: false,
+    symmetric: false,
+    energy_preserving: false,
+    needs: Needs::Linear,
+    reproducible: "every machine",
+    reference: "Zhong & Williams, Proc. IMechE C 208 (1994); Huang, Deng & Yao, J. Sound Vib. 299 \
+                (2007), eqs. 35-38",
+    options: &[CORRECTION, DOUBLINGS, ORDER],
+    build: |problem, h, options, watch| {
+        let scheme = Scheme::Pim(options.count("order")?.unwrap_or(4));
+        build(problem, h, Recipe { scheme, doublings: doublings(options)? }, options, "", watch)
+    },
+};
+
+fn doublings(options: &Options) -> Result<Option<u32>> {
+    let count = options.count("doublings")?;
+    Ok(count.map(|count| u32::try_from(count).unwrap_or(u32::MAX)))
+}
+
+/// `l` or `(l, m)`.
+fn degrees(given: Option<Vec<usize>>) -> Result<[usize; 2]> {
+    match given.as_deref() {
+        None => Ok([2, 2]),
+        Some(&[l]) => Ok([l, l]),
+        Some(&[l, m]) => Ok([l, m]),
+        Some(other) => Err(Error::argument(format!("pade: one degree or two, got {other:?}"))),
+    }
+}
+
+fn build(
+    problem: &Problem,
+    h: f64,
+    recipe: Recipe,
+    options: &Options,
+    why: &str,
+    watch: &mut Watch,
+) -> Result<Box<dyn Step>> {
+    let Problem::Linear(system) = problem else {
+        return Err(Error::unsupported("the exponential needs a linear system"));
+    };
+    let correction = match options.value("correction") {
+        None => None,
+        Some(Value::Text(name)) => correction(name)?,
+        Some(_) => correction("")?,
+    };
+    let rows = problem.flow().len();
+    let propagator =
+        Propagator::new(rows, system.matrix(), h, recipe.check()?, correction, watch)?;
+    let why = match (why, propagator.correction) {
+        (why, Correction::Exact) => join(why, "state kept correctly rounded"),
+        (why, Correction::Polish) => join(why, "symplectic polish: A is Hamiltonian"),
+        (why, Correction::None) => why.to_string(),
+    };
+    let blocks = Blocks::new(Arc::new(propagator), 1, watch)?;
+    Ok(Box::new(Bound::new(LinearSteps { blocks }, system.clone(), why)))
+}
+
+fn join(why: &str, more: &str) -> String {
+    if why.is_empty() { more.to_string() } else { format!("{why}; {more}") }
+}
+
+/// The correction of a name, `None` for `auto`.
+///
+/// # Errors
+/// [`Error::Argument`] listing the names.
+pub fn correction(name: &str) -> Result<Option<Correction>> {
+    match name {
+        "auto" => Ok(None),
+        "none" => Ok(Some(Correction::None)),
+        "polish" => Ok(Some(Correction::Polish)),
+        "exact" => Ok(Some(Correction::Exact)),
+        _ => Err(Error::argument(format!(
+            "correction: must be \"auto\", \"none\", \"polish\" or \"exact\", got {name:?}"
+        ))),
+    }
+}

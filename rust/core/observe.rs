@@ -1,0 +1,113 @@
+//! What looks on while a run goes: the recorder, observers, and one clock-gated poll.
+
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+use crate::error::{Error, Result};
+use crate::propagate::Clock;
+
+/// Something that sees every step and may end the run with a sentence.
+pub trait Observer {
+    /// Sees the state at step `step`, time `t`.
+    fn observe(&mut self, step: u64, t: f64, z: &[f64]) -> ControlFlow<String>;
+}
+
+/// Stores every `every`-th state, and the last one if asked, in memory the caller owns.
+pub struct Recorder<'a> {
+    t: &'a mut [f64],
+    z: &'a mut [f64],
+    every: u64,
+    last: Option<u64>,
+    rows: usize,
+}
+
+impl<'a> Recorder<'a> {
+    /// Rows that a run of `steps` steps fills.
+    ///
+    /// # Errors
+    /// [`Error::Memory`] where the number does not fit the machine.
+    pub fn rows_for(steps: u64, every: u64, with_last: bool) -> Result<usize> {
+        let rows = steps / every + 1 + u64::from(with_last && !steps.is_multiple_of(every));
+        usize::try_from(rows).map_err(|_| Error::memory(format!("{rows} rows are too many")))
+    }
+
+    /// `t`: one double a row, `z`: one state a row; `last`: the number of a step to store whatever
+    /// `every` says.
+    pub fn new(t: &'a mut [f64], z: &'a mut [f64], every: u64, last: Option<u64>) -> Self {
+        Recorder { t, z, every, last, rows: 0 }
+    }
+
+    /// Rows filled so far.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    pub(crate) fn keeps_all(&self) -> bool {
+        self.every == 1
+    }
+
+    /// The memory of the next rows, `most` at most.
+    pub(crate) fn next_rows(&mut self, most: usize, len: usize) -> &mut [f64] {
+        &mut self.z[self.rows * len..][..most * len]
+    }
+
+    /// Notes that `done` rows were written in place, for the steps after `step`.
+    pub(crate) fn filled(&mut self, step: u64, done: usize, clock: &Clock) {
+        for (i, t) in self.t[self.rows..][..done].iter_mut().enumerate() {
+            *t = clock.t(step + 1 + i as u64);
+        }
+        self.rows += done;
+    }
+
+    /// Stores a state if it is one to store.
+    pub(crate) fn record(&mut self, step: u64, t: f64, z: &[f64]) {
+        if step.is_multiple_of(self.every) || self.last == Some(step) {
+            self.t[self.rows] = t;
+            self.z[self.rows * z.len()..][..z.len()].copy_from_slice(z);
+            self.rows += 1;
+        }
+    }
+}
+
+/// A look at the outside world about every 20 ms: interrupts and progress.
+pub struct Poll<'a> {
+    check: &'a mut dyn FnMut(u64, f64) -> Result<()>,
+    stride: u64,
+    since: u64,
+    last: Instant,
+}
+
+/// Looks are at least this far apart.
+const APART: Duration = Duration::from_millis(20);
+
+impl<'a> Poll<'a> {
+    /// `check` gets the step reached and its time; an error ends the run.
+    pub fn new(check: &'a mut dyn FnMut(u64, f64) -> Result<()>) -> Self {
+        Poll { check, stride: 16, since: 0, last: Instant::now() }
+    }
+
+    /// Steps that may pass before the next look at the clock.
+    pub(crate) fn stride(&self) -> u64 {
+        self.stride
+    }
+
+    pub(crate) fn after(&mut self, steps: u64, step: u64, clock: &Clock) -> Result<()> {
+        self.since += steps;
+        if self.since < self.stride {
+            return Ok(());
+        }
+        let elapsed = self.last.elapsed();
+        if elapsed < APART / 4 && self.stride < 1 << 24 {
+            self.stride *= 2;
+        }
+        self.since = 0;
+        if elapsed < APART {
+            return Ok(());
+        }
+        if elapsed > 2 * APART && self.stride > 1 {
+            self.stride /= 2;
+        }
+        self.last = Instant::now();
+        (self.check)(step, clock.t(step))
+    }
+}

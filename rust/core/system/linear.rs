@@ -1,0 +1,86 @@
+//! `z' = A z`.
+
+use super::{Flow, Hamiltonian};
+use crate::error::{Error, Result};
+use crate::linalg::kernel::Layout;
+use crate::linalg::{dense, symplectic, twofold};
+
+/// A homogeneous linear system.
+pub struct Linear {
+    rows: usize,
+    a: Vec<f64>,
+    hamiltonian: bool,
+}
+
+impl Linear {
+    /// `a`: `rows x rows`, row by row, finite.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for a size that does not fit, or an entry that is not finite;
+    /// [`Error::Memory`].
+    pub fn new(rows: usize, a: Vec<f64>) -> Result<Linear> {
+        if rows == 0 || a.len() != rows * rows {
+            return Err(Error::argument(format!(
+                "A: {} entries are not a {rows} x {rows} matrix",
+                a.len()
+            )));
+        }
+        if let Some(at) = a.iter().position(|x| !x.is_finite()) {
+            let (row, column) = (at / rows, at % rows);
+            return Err(Error::argument(format!("A: entry ({row}, {column}) is {}", a[at])));
+        }
+        let layout = Layout::new(rows);
+        let mut packed = dense::zeros(layout.packs(rows))?;
+        // The transposed matrix, which is Hamiltonian when A is.
+        dense::pack(layout, &a, &mut packed);
+        let hamiltonian = symplectic::is_hamiltonian(layout, &packed);
+        Ok(Linear { rows, a, hamiltonian })
+    }
+
+    /// The matrix, row by row.
+    pub fn matrix(&self) -> &[f64] {
+        &self.a
+    }
+
+    /// Whether `A` is Hamiltonian to rounding, so that there is an energy.
+    pub fn is_hamiltonian(&self) -> bool {
+        self.hamiltonian
+    }
+}
+
+impl Flow for Linear {
+    fn len(&self) -> usize {
+        self.rows
+    }
+
+    fn rate(&self, _t: f64, z: &[f64], f: &mut [f64]) -> Result<()> {
+        for (f, row) in f.iter_mut().zip(self.a.chunks_exact(self.rows)) {
+            *f = row.iter().zip(z).map(|(a, z)| a * z).sum();
+        }
+        Ok(())
+    }
+}
+
+impl Hamiltonian for Linear {
+    /// `H = z^T S z / 2` with `S = J^-1 A`, in pairs: in doubles, stiff structures lose ten digits.
+    fn energy(&self, _t: f64, z: &[f64]) -> Result<f64> {
+        if !self.hamiltonian {
+            return Err(Error::unsupported(
+                "energy: A is not Hamiltonian (J A is not symmetric for z = [q; p]), so no quadratic \
+                 energy is conserved",
+            ));
+        }
+        // With A z = [q'; p']: z^T S z = p . q' - q . p'.
+        let half = self.rows / 2;
+        let (q, p) = z.split_at(half);
+        let mut total = [0.0; 2];
+        for (i, (q, p)) in q.iter().zip(p).enumerate() {
+            let row = |i: usize| self.a[i * self.rows..][..self.rows].iter().copied();
+            let q_rate = twofold::dot(row(i), z.iter().copied());
+            let p_rate = twofold::dot(row(half + i), z.iter().copied());
+            total = twofold::sum(total, twofold::times(q_rate, *p));
+            total = twofold::sum(total, twofold::negative(twofold::times(p_rate, *q)));
+        }
+        Ok(0.5 * total[0])
+    }
+}

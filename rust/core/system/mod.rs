@@ -1,0 +1,99 @@
+//! What can be integrated.
+
+mod linear;
+
+use std::sync::Arc;
+
+pub use linear::Linear;
+
+use crate::error::Result;
+use crate::linalg::kernel::{Eight, doubles, doubles_mut};
+
+/// A system `z' = f(t, z)`.
+///
+/// The base of all systems: methods that need no structure ask for no more. What a system can do
+/// beyond this is a trait of its own ([`Hamiltonian`]) and a variant of [`Problem`].
+pub trait Flow: Send + Sync {
+    /// Length of the state.
+    fn len(&self) -> usize;
+
+    /// Whether there is no state.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The rate of one state.
+    ///
+    /// # Errors
+    /// What the system reports, a user's exception as [`Error::Callback`](crate::Error::Callback).
+    fn rate(&self, t: f64, z: &[f64], f: &mut [f64]) -> Result<()>;
+
+    /// The rates of many states at once, in blocks of eight: one [`Eight`] of times a block, then
+    /// `len` of components. Lanes that are not wanted hold a valid state.
+    ///
+    /// # Errors
+    /// As [`rate`](Self::rate).
+    fn rates(&self, t: &[Eight], z: &[Eight], f: &mut [Eight], scratch: &mut [f64]) -> Result<()> {
+        let len = self.len();
+        let (state, rate) = scratch[..2 * len].split_at_mut(len);
+        for (block, t) in t.iter().enumerate() {
+            let z = &doubles(z)[8 * len * block..][..8 * len];
+            let f = &mut doubles_mut(f)[8 * len * block..][..8 * len];
+            for (lane, t) in t.0.iter().enumerate() {
+                for (component, x) in state.iter_mut().enumerate() {
+                    *x = z[8 * component + lane];
+                }
+                self.rate(*t, state, rate)?;
+                for (component, x) in rate.iter().enumerate() {
+                    f[8 * component + lane] = *x;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Doubles of scratch that [`rates`](Self::rates) needs.
+    fn scratch_len(&self) -> usize {
+        2 * self.len()
+    }
+}
+
+/// A system with an energy, `z = [q; p]`, `q' = dH/dp`, `p' = -dH/dq`.
+pub trait Hamiltonian: Flow {
+    /// The energy of a state.
+    ///
+    /// # Errors
+    /// As [`Flow::rate`].
+    fn energy(&self, t: f64, z: &[f64]) -> Result<f64>;
+}
+
+/// A system as methods see it: by its structure, most specific first.
+#[derive(Clone)]
+pub enum Problem {
+    /// `z' = A z`.
+    Linear(Arc<Linear>),
+    /// A system with an energy.
+    Hamiltonian(Arc<dyn Hamiltonian>),
+    /// Any system.
+    Flow(Arc<dyn Flow>),
+}
+
+impl Problem {
+    /// The system as a mere flow.
+    pub fn flow(&self) -> Arc<dyn Flow> {
+        match self {
+            Problem::Linear(system) => system.clone(),
+            Problem::Hamiltonian(system) => system.clone(),
+            Problem::Flow(system) => system.clone(),
+        }
+    }
+
+    /// What the structure is called in messages.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Problem::Linear(_) => "a linear system",
+            Problem::Hamiltonian(_) => "a Hamiltonian system",
+            Problem::Flow(_) => "a general system z' = f(t, z)",
+        }
+    }
+}

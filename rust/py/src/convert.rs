@@ -1,0 +1,143 @@
+//! Between NumPy arrays and slices: the only place that touches the memory of arrays.
+
+use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::exceptions::{PyMemoryError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::PyModule;
+
+/// An array of doubles in C order and native byte order.
+pub type Doubles<'py> = Bound<'py, PyArrayDyn<f64>>;
+
+/// What an argument may be.
+pub enum Numbers<'py> {
+    /// Real numbers.
+    Real(Doubles<'py>),
+    /// Complex ones: real and imaginary parts.
+    Complex(Doubles<'py>, Doubles<'py>),
+}
+
+/// NumPy itself.
+pub fn numpy(py: Python<'_>) -> PyResult<&Bound<'_, PyModule>> {
+    static NUMPY: PyOnceLock<Py<PyModule>> = PyOnceLock::new();
+    let module = NUMPY.get_or_try_init(py, || py.import("numpy").map(Bound::unbind))?;
+    Ok(module.bind(py))
+}
+
+/// The numbers of an argument; nothing is converted that would lose its meaning.
+pub fn numbers<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Numbers<'py>> {
+    if let Ok(array) = given.cast_exact::<PyArrayDyn<f64>>()
+        && array.is_c_contiguous()
+    {
+        return Ok(Numbers::Real(array.clone()));
+    }
+    let py = given.py();
+    let numpy = numpy(py)?;
+    let masked = numpy.getattr("ma")?.getattr("MaskedArray")?;
+    if given.is_instance(&masked)? && given.getattr("mask")?.call_method0("any")?.extract()? {
+        return Err(PyValueError::new_err(format!("{name}: has masked entries; fill them first")));
+    }
+    let array = numpy.call_method1("asarray", (given,))?;
+    let dtype = array.getattr("dtype")?;
+    let kind: String = dtype.getattr("kind")?.extract()?;
+    let contiguous = |part: Bound<'py, PyAny>| -> PyResult<Doubles<'py>> {
+        let part = part.call_method1("astype", ("=f8",))?;
+        // `ascontiguousarray` would turn a number into an array of one.
+        Ok(numpy.call_method1("require", (part, "=f8", "C"))?.cast_into()?)
+    };
+    match kind.as_str() {
+        "b" | "i" | "u" | "f" => Ok(Numbers::Real(contiguous(array)?)),
+        "c" => Ok(Numbers::Complex(
+            contiguous(array.getattr("real")?)?,
+            contiguous(array.getattr("imag")?)?,
+        )),
+        _ => Err(PyTypeError::new_err(format!(
+            "{name}: needs an array of numbers, got dtype {dtype}{}",
+            if kind == "O" { " (a sparse matrix? use .toarray())" } else { "" }
+        ))),
+    }
+}
+
+/// As [`numbers`], refusing complex ones.
+pub fn real<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Doubles<'py>> {
+    match numbers(name, given)? {
+        Numbers::Real(array) => Ok(array),
+        Numbers::Complex(..) => Err(PyTypeError::new_err(format!(
+            "{name}: must be real, got complex numbers; integrate real and imaginary parts apart"
+        ))),
+    }
+}
+
+/// The numbers of an array that [`numbers`] has returned, while the interpreter is held.
+pub fn slice<'a>(array: &'a Doubles<'_>) -> &'a [f64] {
+    // SAFETY: C-contiguous doubles, and nothing writes to them while this thread holds the
+    // interpreter; callers copy before they let it go.
+    unsafe { array.as_slice() }.expect("contiguous by construction")
+}
+
+/// The memory of a new array that Python code has not seen yet.
+pub fn slice_mut<'a>(array: &'a Doubles<'_>) -> &'a mut [f64] {
+    // SAFETY: made by `empty`, contiguous, and not shared with anybody before it is returned.
+    unsafe { array.as_slice_mut() }.expect("contiguous by construction")
+}
+
+/// A new array, through NumPy: its memory is touched five times faster than ours, and what cannot
+/// be had is a `MemoryError`.
+pub fn empty<'py>(py: Python<'py>, shape: &[usize]) -> PyResult<Doubles<'py>> {
+    let count = shape.iter().try_fold(8_usize, |bytes, &n| bytes.checked_mul(n));
+    match count {
+        Some(bytes) if bytes <= 4096 => {
+            // SAFETY: all entries are written before the array is returned to Python.
+            Ok(unsafe { PyArrayDyn::new(py, shape, false) })
+        }
+        Some(bytes) if bytes <= isize::MAX as usize => {
+            Ok(numpy(py)?.call_method1("empty", (shape.to_vec(),))?.cast_into()?)
+        }
+        _ => Err(PyMemoryError::new_err(format!("an array of shape {shape:?} is too large"))),
+    }
+}
+
+/// The first `rows` of an array, sharing its memory.
+pub fn first_rows<'py>(array: &Doubles<'py>, rows: usize) -> PyResult<Bound<'py, PyAny>> {
+    if array.shape()[0] == rows {
+        return Ok(array.clone().into_any());
+    }
+    array.get_item(pyo3::types::PySlice::new(array.py(), 0, rows as isize, 1))
+}
+
+/// Refuses numbers that are not finite, naming the first.
+pub fn check_finite(name: &str, shape: &[usize], values: &[f64]) -> PyResult<()> {
+    // One pass that vectorises; 0 times a number that is not finite is not a number.
+    if values.iter().fold(0.0, |sum, x| sum + x * 0.0) == 0.0 {
+        return Ok(());
+    }
+    let at = values.iter().position(|x| !x.is_finite()).expect("found by the sum");
+    let mut rest = at;
+    let mut index: Vec<_> = shape
+        .iter()
+        .rev()
+        .map(|&n| {
+            let i = rest % n.max(1);
+            rest /= n.max(1);
+            i.to_string()
+        })
+        .collect();
+    index.reverse();
+    let value = values[at].to_string().to_lowercase();
+    Err(PyValueError::new_err(format!("{name}: entry ({}) is {value}", index.join(", "))))
+}
+
+/// A count given as an int (or anything with `__index__`), not as a float.
+pub fn count(name: &str, given: &Bound<'_, PyAny>) -> PyResult<u64> {
+    let index = given.call_method0("__index__").map_err(|_| {
+        let got = given.get_type().name().map_or_else(|_| "?".into(), |name| name.to_string());
+        PyTypeError::new_err(format!("{name}: must be an integer, got {got}"))
+    })?;
+    let value: i128 = index.extract().unwrap_or(i128::MAX);
+    if value < 0 {
+        return Err(PyValueError::new_err(format!("{name}: must not be negative, got {value}")));
+    }
+    u64::try_from(value)
+        .map_err(|_| PyMemoryError::new_err(format!("{name}: {index} is more than can be stored")))
+}
+

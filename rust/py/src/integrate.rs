@@ -1,0 +1,226 @@
+//! Systems and `integrate`: one walk in, arrays out.
+
+use std::sync::Arc;
+
+use numpy::PyUntypedArrayMethods;
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use spim::method::{self, METHODS, Options, State, Value};
+use spim::observe::{Poll, Recorder};
+use spim::propagate::{Clock, End, propagate};
+use spim::system::{self, Flow, Hamiltonian, Problem};
+
+use crate::convert::{self, real, slice, slice_mut};
+use crate::error::{from_python, guarded, to_python};
+use crate::expm::shown;
+use crate::watch;
+
+/// A homogeneous linear system `z' = A z`, as the core holds it.
+#[pyclass(frozen, module = "spim._core")]
+pub struct Linear {
+    system: Arc<system::Linear>,
+}
+
+#[pymethods]
+#[allow(non_snake_case)]
+impl Linear {
+    #[new]
+    fn new(A: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let a = real("A", A)?;
+        let shape = a.shape();
+        if shape.len() != 2 || shape[0] != shape[1] || shape[0] == 0 {
+            return Err(PyValueError::new_err(format!(
+                "A: must be square, (m, m), and not empty, got shape {}",
+                shown(shape)
+            )));
+        }
+        let system = system::Linear::new(shape[0], slice(&a).to_vec()).map_err(to_python)?;
+        Ok(Linear { system: Arc::new(system) })
+    }
+
+    /// The matrix, (m, m).
+    #[getter]
+    fn A<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let m = self.system.len();
+        let out = convert::empty(py, &[m, m])?;
+        slice_mut(&out).copy_from_slice(self.system.matrix());
+        Ok(out.into_any())
+    }
+
+    /// Whether J A is symmetric to rounding, z = [q; p].
+    #[getter]
+    fn hamiltonian(&self) -> bool {
+        self.system.is_hamiltonian()
+    }
+
+    /// Energies of states, (k, m) -> (k,), in pairs of doubles.
+    fn energy<'py>(&self, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let py = z.py();
+        let z = real("z", z)?;
+        let m = self.system.len();
+        if z.shape().last() != Some(&m) {
+            return Err(PyValueError::new_err(format!(
+                "z: must have shape (..., {m}), got {}",
+                shown(z.shape())
+            )));
+        }
+        let out = convert::empty(py, &z.shape()[..z.shape().len() - 1])?;
+        let states = slice(&z).to_vec();
+        let energies = slice_mut(&out);
+        let system = &self.system;
+        py.detach(|| {
+            guarded(|| {
+                for (energy, z) in energies.iter_mut().zip(states.chunks_exact(m)) {
+                    *energy = system.energy(0.0, z)?;
+                }
+                Ok(())
+            })
+        })?
+        .map_err(to_python)?;
+        Ok(out.into_any())
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let matrix = slf.get().A(slf.py())?;
+        Ok((slf.get_type(), (matrix,)).into_pyobject(slf.py())?.into_any())
+    }
+}
+
+/// Walks a system through time.
+///
+/// Returns a dict: t, z, h, steps, uneven, choice, work, error (None or the exception), stopped.
+#[pyfunction]
+#[pyo3(signature = (system, z0, t0, t1, step, method, every, options, progress))]
+#[allow(clippy::too_many_arguments)]
+pub fn integrate<'py>(
+    system: &Bound<'py, Linear>,
+    z0: &Bound<'py, PyAny>,
+    t0: f64,
+    t1: f64,
+    step: f64,
+    method: &str,
+    every: &Bound<'py, PyAny>,
+    options: &Bound<'py, PyDict>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let py = system.py();
+    let linear = system.get().system.clone();
+    let m = linear.len();
+    let z0 = real("z0", z0)?;
+    if z0.shape() != [m] {
+        return Err(PyValueError::new_err(format!(
+            "z0: must have shape ({m},), got {}",
+            shown(z0.shape())
+        )));
+    }
+    convert::check_finite("z0", z0.shape(), slice(&z0))?;
+    let every = convert::count("every", every)?;
+    if every == 0 {
+        return Err(PyValueError::new_err("every: must be 1 or more, got 0"));
+    }
+    let (clock, uneven) = Clock::new(t0, t1, step).map_err(to_python)?;
+    let info = method::find(method).map_err(to_python)?;
+    let options = options_of(options)?;
+    options.check(info).map_err(to_python)?;
+    let rows = Recorder::rows_for(clock.steps, every, true).map_err(to_python)?;
+    let z = convert::empty(py, &[rows, m])?;
+    let t = convert::empty(py, &[rows])?;
+    let start = slice(&z0).to_vec();
+    let (times, states) = (slice_mut(&t), slice_mut(&z));
+    let run = || -> spim::Result<_> {
+        let mut signals = watch::signals();
+        let problem = Problem::Linear(linear);
+        let mut method = method::build(info, &problem, clock.h, &options, &mut signals)?;
+        let mut state = State::new(&start, &*method)?;
+        let mut recorder = Recorder::new(times, states, every, Some(clock.steps));
+        let mut check = |step: u64, t: f64| look(progress.as_ref(), step, &clock, t);
+        let mut poll = Poll::new(&mut check);
+        let outcome =
+            propagate(&mut *method, &clock, 0, &mut state, &mut recorder, &mut [], &mut poll);
+        Ok((outcome, method.work(), method.choice().to_string()))
+    };
+    let (outcome, work, choice) = py.detach(|| guarded(run))?.map_err(to_python)?;
+    let result = PyDict::new(py);
+    result.set_item("t", convert::first_rows(&t, outcome.rows)?)?;
+    result.set_item("z", convert::first_rows(&z, outcome.rows)?)?;
+    result.set_item("h", clock.h)?;
+    result.set_item("steps", outcome.step)?;
+    result.set_item("uneven", uneven)?;
+    result.set_item("method", info.name)?;
+    result.set_item("choice", choice)?;
+    let counts = PyDict::new(py);
+    counts.set_item("steps", work.steps)?;
+    counts.set_item("evaluations", work.evaluations)?;
+    counts.set_item("products", work.products)?;
+    result.set_item("work", counts)?;
+    let (error, stopped) = match outcome.end {
+        End::Finished => (None, None),
+        End::Stopped(reason) => (None, Some(reason)),
+        End::Failed(error) => (Some(to_python(error)), None),
+    };
+    result.set_item("error", error.map(|error| error.into_value(py)))?;
+    result.set_item("stopped", stopped)?;
+    Ok(result)
+}
+
+/// Signals, then progress as the fraction of steps done and the time reached.
+fn look(progress: Option<&Py<PyAny>>, step: u64, clock: &Clock, t: f64) -> spim::Result<()> {
+    Python::attach(|py| {
+        py.check_signals()?;
+        if let Some(progress) = progress {
+            progress.call1(py, (step as f64 / clock.steps as f64, t))?;
+        }
+        Ok(())
+    })
+    .map_err(from_python)
+}
+
+fn options_of(given: &Bound<'_, PyDict>) -> PyResult<Options> {
+    let mut options = Vec::new();
+    for (name, value) in given {
+        if value.is_none() {
+            continue;
+        }
+        let name: String = name.extract()?;
+        let value = if let Ok(text) = value.extract::<String>() {
+            Value::Text(text)
+        } else if let Ok(whole) = value.extract::<i64>() {
+            Value::Integers(vec![whole])
+        } else if let Ok(whole) = value.extract::<Vec<i64>>() {
+            Value::Integers(whole)
+        } else if let Ok(number) = value.extract::<f64>() {
+            Value::Number(number)
+        } else {
+            return Err(PyTypeError::new_err(format!("{name}: a value no option can have")));
+        };
+        options.push((name, value));
+    }
+    Ok(Options(options))
+}
+
+/// The records of all methods, one dict each.
+#[pyfunction]
+pub fn methods(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
+    let list = PyList::empty(py);
+    for info in METHODS {
+        let record = PyDict::new(py);
+        record.set_item("name", info.name)?;
+        record.set_item("aliases", info.aliases)?;
+        record.set_item("summary", info.summary)?;
+        record.set_item("order", info.order)?;
+        record.set_item("symplectic", info.symplectic)?;
+        record.set_item("symmetric", info.symmetric)?;
+        record.set_item("energy_preserving", info.energy_preserving)?;
+        record.set_item("needs", info.needs.name())?;
+        record.set_item("reproducible", info.reproducible)?;
+        record.set_item("reference", info.reference)?;
+        let options = PyDict::new(py);
+        for option in info.options {
+            options.set_item(option.name, option.doc)?;
+        }
+        record.set_item("options", options)?;
+        list.append(record)?;
+    }
+    Ok(list)
+}

@@ -1,0 +1,3 @@
+//! Claims about the core, one module a subject.
+
+mod exponentials;
