@@ -11,6 +11,9 @@ use crate::linalg::kernel::{Eight, Layout, doubles, doubles_mut};
 /// doubling.
 const WORTHWHILE: f64 = 8.0;
 
+/// Exponent of entries that need no further balancing: no scheme halves a matrix of this size.
+const SMALL: i32 = -4;
+
 /// Largest exponent of a scale, so that the ratio of two is a double.
 const LARGEST: i32 = 500;
 
@@ -25,11 +28,17 @@ pub fn balance(layout: Layout, a: &mut [Eight]) -> Option<Vec<i32>> {
     for _ in 0..20 {
         let mut settled = true;
         for i in 0..layout.rows {
-            let (row, column) = sides(layout, a, i);
-            let (Some(row), Some(column)) = (row, column) else { continue };
-            let change = (row - column).div_euclid(2).clamp(-LARGEST, LARGEST);
+            let change = match sides(layout, a, i) {
+                (Some(row), Some(column)) if row.max(column) > SMALL => {
+                    if (row - column).abs() > 1 { (row - column).div_euclid(2) } else { 0 }
+                }
+                // Nothing feeds back: the one side can be made as small as is of use.
+                (Some(row), None) if row > SMALL => row - SMALL,
+                (None, Some(column)) if column > SMALL => SMALL - column,
+                _ => 0,
+            };
             let change = (exponents[i] + change).clamp(-LARGEST, LARGEST) - exponents[i];
-            if change != 0 && (row - column).abs() > 1 {
+            if change != 0 {
                 exponents[i] += change;
                 rescale(layout, a, i, change);
                 settled = false;
@@ -70,10 +79,9 @@ fn is_balanced(layout: Layout, a: &[Eight]) -> bool {
         }
     }
     let (rows, columns) = sums.split_at(layout.rows);
+    let small = power_of_two(SMALL);
     rows.iter().zip(columns).all(|(&row, &column)| {
-        row == 0.0
-            || column == 0.0
-            || (row <= WORTHWHILE * column && column <= WORTHWHILE * row)
+        row.max(column) <= small || (row <= WORTHWHILE * column && column <= WORTHWHILE * row)
     })
 }
 

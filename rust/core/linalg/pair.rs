@@ -43,7 +43,7 @@ pub struct PairEngine<'a> {
     depth: Depth,
     bits: i32,
     left: [&'a mut [Eight]; 3],
-    right: [&'a mut [Eight]; 3],
+    right: [&'a mut [Eight]; 4],
 }
 
 impl<'a> PairEngine<'a> {
@@ -51,18 +51,18 @@ impl<'a> PairEngine<'a> {
     pub const fn pieces(depth: Depth) -> usize {
         match depth {
             Depth::Two => 4,
-            Depth::Three => 6,
+            Depth::Three => 7,
         }
     }
 
     /// An engine working in `memory`: [`pieces`](Self::pieces) matrices.
     pub fn new(layout: Layout, depth: Depth, memory: &'a mut [Eight]) -> Self {
         let packs = layout.packs(layout.rows);
-        let (mut left, mut right): ([&mut [Eight]; 3], [&mut [Eight]; 3]) = Default::default();
+        let (mut left, mut right): ([&mut [Eight]; 3], [&mut [Eight]; 4]) = Default::default();
         let mut rest = memory.chunks_exact_mut(packs);
-        for i in 0..Self::pieces(depth) / 2 {
-            left[i] = rest.next().expect("work space of `pieces` matrices");
-            right[i] = rest.next().expect("work space of `pieces` matrices");
+        let (lefts, rights) = if depth == Depth::Two { (2, 2) } else { (3, 4) };
+        for slice in left[..lefts].iter_mut().chain(&mut right[..rights]) {
+            *slice = rest.next().expect("work space of `pieces` matrices");
         }
         PairEngine { layout, depth, bits: slice_bits(layout.rows), left, right }
     }
@@ -84,7 +84,7 @@ impl<'a> PairEngine<'a> {
     pub fn cut_left(&mut self, a: Pair) {
         let [one, two, three] = &mut self.left;
         let (layout, bits, depth) = (self.layout, self.bits, self.depth);
-        let out = [&mut **one, &mut **two, &mut **three];
+        let out = [&mut **one, &mut **two, &mut **three, &mut []];
         dispatch(Slices { rows: true, layout, columns: layout.rows, bits, depth, hi: a.hi, lo: a.lo, out });
     }
 
@@ -98,14 +98,12 @@ impl<'a> PairEngine<'a> {
     ) -> Result<()> {
         let (layout, bits, depth) = (self.layout, self.bits, self.depth);
         {
-            let [one, two, three] = &mut self.right;
-            let out = [&mut **one, &mut **two, &mut **three];
+            let out = self.right.each_mut().map(|slice| &mut **slice);
             let columns = b.hi.len() / layout.stride;
             dispatch(Slices { rows: false, layout, columns, bits, depth, hi: b.hi, lo: b.lo, out });
         }
         let a = [&*self.left[0], &*self.left[1], &*self.left[2]];
-        let third = if depth == Depth::Two { b.hi } else { &*self.right[2] };
-        let b = [&*self.right[0], &*self.right[1], third];
+        let slices = self.right.each_ref().map(|slice| &**slice);
         let panel = layout.packs(panel_columns(layout.rows));
         let whole = c.hi.len();
         let mut from = 0;
@@ -119,7 +117,8 @@ impl<'a> PairEngine<'a> {
                 columns: (to - from) / layout.stride,
                 depth,
                 a,
-                b: b.map(|b| &b[from..]),
+                b: slices.map(|slice| slice.get(from..).unwrap_or_default()),
+                b_hi: &b.hi[from..],
                 add: add.map(|(alpha, d)| (alpha, &d.hi[from..], &d.lo[from..])),
                 hi: &mut c.hi[from..to],
                 lo: &mut c.lo[from..to],

@@ -48,8 +48,10 @@ pub struct Slices<'a> {
     pub hi: &'a [Eight],
     /// The matrix: remainders.
     pub lo: &'a [Eight],
-    /// The slices; the third is left alone at [`Depth::Two`].
-    pub out: [&'a mut [Eight]; 3],
+    /// The slices, largest first, the last with all that is left. At [`Depth::Three`] the fourth
+    /// becomes the sum of the second and third, if there is one; at [`Depth::Two`] only the first
+    /// two are made.
+    pub out: [&'a mut [Eight]; 4],
 }
 
 impl Body for Slices<'_> {
@@ -102,6 +104,9 @@ impl Slices<'_> {
                 let second = (rest + finer) - finer;
                 packs_mut::<V>(self.out[1])[at] = second;
                 packs_mut::<V>(self.out[2])[at] = (rest - second) + lo;
+                if let Some(both) = packs_mut::<V>(self.out[3]).get_mut(at) {
+                    *both = rest + lo;
+                }
             }
         }
     }
@@ -117,8 +122,10 @@ pub struct PairProduct<'a> {
     pub depth: Depth,
     /// Slices of the left factor, by rows.
     pub a: [&'a [Eight]; 3],
-    /// Slices of the right factor, by columns; at [`Depth::Two`] the third is its leading part, whole.
-    pub b: [&'a [Eight]; 3],
+    /// Slices of the right factor, by columns, four of them at [`Depth::Three`].
+    pub b: [&'a [Eight]; 4],
+    /// The right factor's leading parts, whole.
+    pub b_hi: &'a [Eight],
     /// What is added: a factor, leading parts, remainders.
     pub add: Option<(f64, &'a [Eight], &'a [Eight])>,
     /// The result: leading parts, correctly rounded sums of the pair.
@@ -139,7 +146,7 @@ impl Body for PairProduct<'_> {
     }
 }
 
-impl PairProduct<'_> {
+impl<'a> PairProduct<'a> {
     #[inline(always)]
     fn sweep<V: Lanes, const DEEP: bool>(&mut self) {
         let (height, _) = V::PAIR_TILE;
@@ -175,10 +182,13 @@ impl PairProduct<'_> {
         col: usize,
     ) -> usize {
         let Layout { rows, stride, .. } = self.layout;
-        let mut b: [[&[f64]; 3]; N] = [[&[]; 3]; N];
+        let column = |x: &'a [Eight], j: usize| &doubles(x)[8 * stride * (col + j)..][..rows];
+        let mut b: [[&[f64]; 5]; N] = [[&[]; 5]; N];
         for (j, b) in b.iter_mut().enumerate() {
-            for (b, slice) in b.iter_mut().zip(self.b) {
-                *b = &doubles(slice)[8 * stride * (col + j)..][..rows];
+            let [b1, b2, b3, b23] = self.b;
+            *b = [column(b1, j), column(b2, j), &[], &[], column(self.b_hi, j)];
+            if DEEP {
+                (b[2], b[3]) = (column(b3, j), column(b23, j));
             }
         }
         let [a1, a2, a3] = [packs::<V>(self.a[0]), packs::<V>(self.a[1]), packs::<V>(self.a[2])];
@@ -195,20 +205,23 @@ impl PairProduct<'_> {
                     let b1 = Pack::splat(b[j][0][k]);
                     let b2 = Pack::splat(b[j][1][k]);
                     let b3 = Pack::splat(b[j][2][k]);
+                    let b23 = Pack::splat(b[j][3][k]);
+                    let whole = Pack::splat(b[j][4][k]);
                     for i in 0..R {
                         first[j][i] = a1[i].mul_add(b1, first[j][i]);
                         second[j][i] = a1[i].mul_add(b2, second[j][i]);
                         second[j][i] = a2[i].mul_add(b1, second[j][i]);
+                        // a1 b3 + a2 (b2 + b3) + a3 (b1 + b2 + b3)
                         third[j][i] = a1[i].mul_add(b3, third[j][i]);
-                        third[j][i] = a2[i].mul_add(b2, third[j][i]);
-                        third[j][i] = a3[i].mul_add(b1, third[j][i]);
+                        third[j][i] = a2[i].mul_add(b23, third[j][i]);
+                        third[j][i] = a3[i].mul_add(whole, third[j][i]);
                     }
                 }
             } else {
                 for j in 0..N {
                     let b1 = Pack::splat(b[j][0][k]);
                     let b2 = Pack::splat(b[j][1][k]);
-                    let whole = Pack::splat(b[j][2][k]);
+                    let whole = Pack::splat(b[j][4][k]);
                     for i in 0..R {
                         first[j][i] = a1[i].mul_add(b1, first[j][i]);
                         second[j][i] = a1[i].mul_add(b2, second[j][i]);
