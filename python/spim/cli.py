@@ -70,7 +70,8 @@ def _reproduce(chosen):
         except studies.MissingPlotError as error:
             chosen.parser.error(str(error))
         except OSError as error:
-            chosen.parser.error(f"cannot write to {chosen.output}: {error.strerror or error}")
+            where = error.filename or chosen.output
+            chosen.parser.error(f"cannot write to {where}: {error.strerror or error}")
         for file in files:
             print(file)
         print(f"\n{summary}")

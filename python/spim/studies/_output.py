@@ -43,15 +43,37 @@ class Folder:
             for row in zip(*columns.values(), strict=True):
                 writer.writerow([f"{x:.17g}" if isinstance(x, float) else x for x in row])
 
-    def write_figure(self, name, figure, title):
-        """Write a Matplotlib figure as ``name.svg`` and ``name.png``, its title in the metadata."""
-        figure.savefig(self._new(f"{name}.svg"), metadata={"Title": title, "Date": None})
-        figure.savefig(self._new(f"{name}.png"), metadata={"Title": title}, dpi=150)
+    def write_figure(self, figure):
+        """Write a figure as SVG and PNG and its numbers as CSV; return the Markdown that shows it.
+
+        Parameters
+        ----------
+        figure : Comparison or Growth
+        """
+        drawing = figure.draw()
+        formats = {"svg": {"Date": None}, "png": {}}
+        for suffix, metadata in formats.items():
+            path = self._new(f"{figure.name}.{suffix}")
+            drawing.savefig(path, dpi=150, metadata={"Title": figure.title, **metadata})
+        tables = figure.tables()
+        for name, columns in tables.items():
+            self.write_table(f"{name}.csv", columns)
+        data = ", ".join(f"[{name}.csv]({name}.csv)" for name in tables)
+        return (
+            f"![{figure.alt_text()}]({figure.name}.svg)\n\n"
+            f"{figure.title} ([PNG]({figure.name}.png); data: {data})"
+        )
 
     def _new(self, name):
         path = self.path / name
         self.files.append(path)
         return path
+
+
+def number(x):
+    """A number with up to four digits, as ``5.469e-4`` or ``0.2``."""
+    mantissa, _, exponent = f"{x:.3e}".partition("e")
+    return f"{float(mantissa):g}e{int(exponent)}" if int(exponent) < -1 else f"{x:.4g}"
 
 
 def markdown_table(head, rows):

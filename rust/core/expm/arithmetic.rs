@@ -37,14 +37,24 @@ pub trait Arithmetic {
     fn thresholds(&self) -> Thresholds;
     /// `C = A B (+ alpha D)`, `alpha` a power of two.
     fn multiply(&mut self, a: Slot, b: Slot, add: Option<(f64, Slot)>, c: Slot) -> Result<()>;
-    /// `out = sum of c X`, coefficients as pairs.
-    fn sum<const N: usize>(&mut self, terms: [([f64; 2], Slot); N], out: Slot);
+    /// `outs[k] = sum of c[k][i] X[i]`, coefficients as pairs; the sums share one pass over memory.
+    fn sums<const N: usize, const K: usize>(
+        &mut self,
+        x: [Slot; N],
+        c: [[[f64; 2]; N]; K],
+        outs: [Slot; K],
+    );
+    /// One sum.
+    #[inline]
+    fn sum<const N: usize>(&mut self, terms: [([f64; 2], Slot); N], out: Slot) {
+        self.sums(terms.map(|(_, x)| x), [terms.map(|(c, _)| c)], [out]);
+    }
     /// `X <- X + c I`.
     fn add_diagonal(&mut self, c: [f64; 2], x: Slot);
     /// `X <- D^-1 B`; spoils no other slot but `spare`.
     fn solve(&mut self, d: Slot, b: Slot, spare: Slot, x: Slot) -> Result<()>;
     /// Multiplies `times` times by `2^exponent`, exactly.
-    fn scale(&mut self, x: Slot, exponent: i32, times: u32);
+    fn scale(&mut self, x: Slot, exponent: i32, times: i32);
     /// 1-norms of `X` and of `I + X`.
     fn norms(&self, x: Slot) -> [f64; 2];
     /// Entry `(j, j)`, rounded.
@@ -98,10 +108,18 @@ impl Arithmetic for Doubles<'_, '_> {
     }
 
     #[inline]
-    fn sum<const N: usize>(&mut self, terms: [([f64; 2], Slot); N], out: Slot) {
-        let target = std::mem::take(&mut self.slots[out]);
-        dense::sum(terms.map(|([c, _], x)| (c, &*self.slots[x])), target);
-        self.slots[out] = target;
+    fn sums<const N: usize, const K: usize>(
+        &mut self,
+        x: [Slot; N],
+        c: [[[f64; 2]; N]; K],
+        outs: [Slot; K],
+    ) {
+        let mut targets = outs.map(|out| std::mem::take(&mut self.slots[out]));
+        let c = c.map(|c| c.map(|[hi, _]| hi));
+        dense::sums(x.map(|x| &*self.slots[x]), c, targets.each_mut().map(|out| &mut **out));
+        for (out, target) in outs.into_iter().zip(targets) {
+            self.slots[out] = target;
+        }
     }
 
     fn add_diagonal(&mut self, c: [f64; 2], x: Slot) {
@@ -125,7 +143,7 @@ impl Arithmetic for Doubles<'_, '_> {
         done
     }
 
-    fn scale(&mut self, x: Slot, exponent: i32, times: u32) {
+    fn scale(&mut self, x: Slot, exponent: i32, times: i32) {
         dense::scale(self.slots[x], exponent, times);
     }
 
@@ -229,10 +247,18 @@ impl Arithmetic for Pairs<'_, '_> {
     }
 
     #[inline]
-    fn sum<const N: usize>(&mut self, terms: [([f64; 2], Slot); N], out: Slot) {
-        let mut target = self.take(out);
-        pair::combine(terms.map(|(c, x)| (c, view!(self, x))), &mut target);
-        self.put(out, target);
+    fn sums<const N: usize, const K: usize>(
+        &mut self,
+        x: [Slot; N],
+        c: [[[f64; 2]; N]; K],
+        outs: [Slot; K],
+    ) {
+        let mut targets = outs.map(|out| self.take(out));
+        let views = targets.each_mut().map(|out| PairMut { hi: out.hi, lo: out.lo });
+        pair::combine(x.map(|x| view!(self, x)), c, views);
+        for (out, target) in outs.into_iter().zip(targets) {
+            self.put(out, target);
+        }
     }
 
     fn add_diagonal(&mut self, c: [f64; 2], x: Slot) {
@@ -280,7 +306,7 @@ impl Arithmetic for Pairs<'_, '_> {
         lu.check_refined(last, scale)
     }
 
-    fn scale(&mut self, x: Slot, exponent: i32, times: u32) {
+    fn scale(&mut self, x: Slot, exponent: i32, times: i32) {
         dense::scale(self.hi[x], exponent, times);
         dense::scale(self.lo[x], exponent, times);
     }

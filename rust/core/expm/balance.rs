@@ -5,7 +5,7 @@
 //! beside a larger one.
 
 use crate::linalg::dense::{exponent_above, power_of_two};
-use crate::linalg::kernel::{Eight, Layout, doubles, doubles_mut};
+use crate::linalg::kernel::{Eight, Layout, Sides, dispatch, doubles, doubles_mut};
 
 /// Rows and columns that differ by less than this factor are left alone: balancing would gain no
 /// doubling.
@@ -63,25 +63,21 @@ pub fn restore(layout: Layout, exponents: &[i32], x: &mut [Eight]) {
 }
 
 fn is_balanced(layout: Layout, a: &[Eight]) -> bool {
-    let mut small = [0.0; 64];
-    let mut large = Vec::new();
-    let sums = if 2 * layout.rows <= small.len() {
-        &mut small[..2 * layout.rows]
+    let mut short = [Eight::ZERO; 8];
+    let mut long = Vec::new();
+    let sums = if layout.height <= 4 {
+        &mut short[..2 * layout.height]
     } else {
-        large.resize(2 * layout.rows, 0.0);
-        &mut large[..]
+        long.resize(2 * layout.height, Eight::ZERO);
+        &mut long[..]
     };
-    let (rows, columns) = sums.split_at_mut(layout.rows);
-    for (column, sum) in doubles(a).chunks_exact(layout.doubles()).zip(columns) {
-        for (x, row) in column.iter().zip(&mut *rows) {
-            *row += x.abs();
-            *sum += x.abs();
-        }
-    }
-    let (rows, columns) = sums.split_at(layout.rows);
+    let (rows, columns) = sums.split_at_mut(layout.height);
+    dispatch(Sides { layout, a, rows: &mut *rows, columns: doubles_mut(columns) });
     let small = power_of_two(SMALL);
-    rows.iter().zip(columns).all(|(&row, &column)| {
-        row.max(column) <= small || (row <= WORTHWHILE * column && column <= WORTHWHILE * row)
+    let sides = doubles(rows).iter().zip(doubles(columns)).take(layout.rows);
+    sides.fold(true, |balanced, (&row, &column)| {
+        let even = (row <= WORTHWHILE * column) & (column <= WORTHWHILE * row);
+        balanced & (even | ((row <= small) & (column <= small)))
     })
 }
 

@@ -180,16 +180,16 @@ impl Blocks {
         let one = self.step_packs();
         let states = &carried[from * one..to * one];
         if dispatch(Finite { x: states }) {
-            copy_states(self.layout(), states, rows);
+            dense::unpack(self.layout(), states, rows);
             *done += to - from;
             return Ok(());
         }
         let row_len = self.batch * self.layout().rows;
         for (states, row) in states.chunks_exact(one).zip(rows.chunks_exact_mut(row_len)) {
-            if !dense::is_finite(states) {
+            if !dense::is_finite(doubles(states)) {
                 return Err(state_overflow());
             }
-            copy_states(self.layout(), states, row);
+            dense::unpack(self.layout(), states, row);
             *done += 1;
         }
         Ok(())
@@ -279,28 +279,5 @@ fn review(layout: Layout, bounds: &mut [Eight], maxima: &mut [Eight]) {
             *bound = tight;
         }
         *found = 0.0;
-    }
-}
-
-/// As [`dense::unpack`], with moves of whole packs where a state is about that long.
-fn copy_states(layout: Layout, states: &[Eight], rows: &mut [f64]) {
-    let m = layout.rows;
-    let columns = states.chunks_exact(layout.stride);
-    if m > 16 {
-        return dense::unpack(layout, states, rows);
-    }
-    // What runs over a state's end is written anew by the next one; the last few are copied exactly.
-    let whole = 8 * layout.height;
-    let mut at = 0;
-    for column in columns {
-        let column = doubles(column);
-        if at + whole <= rows.len() {
-            for (out, x) in rows[at..at + whole].chunks_exact_mut(8).zip(column.chunks_exact(8)) {
-                out.copy_from_slice(x);
-            }
-        } else {
-            rows[at..at + m].copy_from_slice(&column[..m]);
-        }
-        at += m;
     }
 }

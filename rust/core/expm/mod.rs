@@ -20,7 +20,7 @@ use doubling::overflow;
 
 use crate::error::{Error, Result};
 use crate::linalg::dense::{self, Watch};
-use crate::linalg::kernel::{Depth, Eight, Layout, doubles_mut};
+use crate::linalg::kernel::{Depth, Eight, Layout, doubles, doubles_mut};
 
 /// How an exponential is formed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -118,6 +118,14 @@ impl Recipe {
         }
     }
 
+    /// Matrices the scheme works with.
+    fn slots(self) -> usize {
+        match self.scheme {
+            Scheme::Exact | Scheme::Sid => sid::SLOTS,
+            _ => SLOTS,
+        }
+    }
+
     fn run(self, x: &mut impl Arithmetic) -> Result<(Form, u32)> {
         let fixed = self.doublings.unwrap_or(PAPER_DOUBLINGS);
         match self.scheme {
@@ -147,7 +155,7 @@ pub fn exponentials(
     let packs = layout.packs(rows);
     let mut norm = 0.0;
     let pairs = recipe.in_pairs(rows);
-    let matrices = if pairs { Pairs::matrices(SLOTS, Depth::Three) } else { SLOTS };
+    let matrices = if pairs { Pairs::matrices(recipe.slots(), Depth::Three) } else { recipe.slots() };
     let memory = packs.checked_mul(matrices).ok_or_else(|| Error::memory("matrix too large"))?;
     dense::with_scratch(memory, |memory| {
         let size = rows * rows;
@@ -187,7 +195,7 @@ fn in_doubles(
         balance::restore(layout, &scales, w);
     }
     dense::unpack(layout, w, out);
-    if out.iter().all(|x| x.is_finite()) { Ok(norm) } else { Err(overflow()) }
+    if dense::is_finite(out) { Ok(norm) } else { Err(overflow()) }
 }
 
 fn in_pairs(
@@ -205,7 +213,7 @@ fn in_pairs(
     let norm = dense::norms(layout, first)[0];
     let scales = balance::balance(layout, first);
     let depth = depth_for(dense::norms(layout, first)[0]);
-    let mut x = Pairs::new(layout, SLOTS, depth, memory, watch);
+    let mut x = Pairs::new(layout, recipe.slots(), depth, memory, watch);
     x.matrix(sid::A).lo.fill(Eight::ZERO);
     let (form, _) = recipe.run(&mut x)?;
     if form == Form::Increment {
@@ -216,7 +224,7 @@ fn in_pairs(
         balance::restore(layout, &scales, w);
     }
     dense::unpack(layout, w, out);
-    if out.iter().all(|x| x.is_finite()) { Ok(norm) } else { Err(overflow()) }
+    if dense::is_finite(out) { Ok(norm) } else { Err(overflow()) }
 }
 
 /// Two slices leave 78 bits, of which every doubling costs one; the result needs 53 and some.
@@ -262,7 +270,7 @@ pub fn exponential(
     for (hi, lo) in doubles_mut(&mut hi).iter_mut().zip(doubles_mut(&mut lo)) {
         [*hi, *lo] = crate::linalg::twofold::two_product(tau, *hi);
     }
-    if !dense::is_finite(&hi) {
+    if !dense::is_finite(doubles(&hi)) {
         return Err(Error::overflow(format!(
             "tau * A overflows: an entry exceeds 1.8e308 for tau = {tau:e}"
         )));
@@ -271,15 +279,15 @@ pub fn exponential(
     let (form, doublings);
     if pairs || recipe.in_pairs(rows) {
         let depth = if pairs { Depth::Three } else { depth_for(norm) };
-        let mut memory = dense::zeros(packs * Pairs::matrices(SLOTS, depth))?;
-        let mut x = Pairs::new(layout, SLOTS, depth, &mut memory, watch);
+        let mut memory = dense::zeros(packs * Pairs::matrices(recipe.slots(), depth))?;
+        let mut x = Pairs::new(layout, recipe.slots(), depth, &mut memory, watch);
         let matrix = x.matrix(sid::A);
         (matrix.hi.copy_from_slice(&hi), matrix.lo.copy_from_slice(&lo));
         (form, doublings) = recipe.run(&mut x)?;
         let t = x.matrix(sid::T);
         (hi.copy_from_slice(t.hi), lo.copy_from_slice(t.lo));
     } else {
-        let mut memory = dense::zeros(packs * SLOTS)?;
+        let mut memory = dense::zeros(packs * recipe.slots())?;
         let mut x = Doubles::new(layout, &mut memory, watch);
         x.matrix(sid::A).copy_from_slice(&hi);
         (form, doublings) = recipe.run(&mut x)?;
@@ -290,7 +298,7 @@ pub fn exponential(
         balance::restore(layout, &scales, &mut hi);
         balance::restore(layout, &scales, &mut lo);
     }
-    if !dense::is_finite(&hi) {
+    if !dense::is_finite(doubles(&hi)) {
         return Err(overflow());
     }
     Ok(Exponential { layout, form, hi, lo, doublings, norm })

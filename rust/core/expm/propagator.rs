@@ -179,11 +179,12 @@ impl Propagator {
         dense::with_scratch(matrices, |memory| {
             let (states, rest) = memory.split_at_mut(2 * columns);
             let [state, next] = dense::pieces(states, columns);
-            doubles_mut(state)[..layout.rows].copy_from_slice(z);
+            dense::pack(layout, z, state);
             let keep = self.one.form == Form::Increment;
             if self.correction == Correction::Exact {
                 let (remainders, slices) = rest.split_at_mut(2 * columns);
                 let [zero, lost] = dense::pieces(remainders, columns);
+                zero.fill(Eight::ZERO);
                 let z = Pair { hi: state, lo: zero };
                 PairEngine::new(layout, Depth::Three, slices).multiply(
                     Pair { hi: &self.one.hi, lo: &self.one.lo },
@@ -198,7 +199,7 @@ impl Propagator {
                 dispatch(Product { layout, columns: 1, a, b, add, c: &mut *next });
             }
             out.copy_from_slice(&doubles(next)[..layout.rows]);
-            if out.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(state_overflow()) }
+            if dense::is_finite(out) { Ok(()) } else { Err(state_overflow()) }
         })
     }
 
@@ -253,7 +254,7 @@ impl Propagator {
             x.matrix(SQUARE).copy_from_slice(&power.hi);
             form = double(&mut x, SQUARE, 1, power.form, 1)?;
             (hi, lo) = (x.matrix(SQUARE).to_vec(), dense::zeros(packs)?);
-            if !dense::is_finite(&hi) {
+            if !dense::is_finite(doubles(&hi)) {
                 return Err(overflow());
             }
             if self.correction == Correction::Polish && form == Form::Increment {

@@ -11,6 +11,7 @@ use crate::error::Result;
 use crate::linalg::dense::exponent_above;
 
 const ONE: [f64; 2] = [1.0, 0.0];
+const ZERO: [f64; 2] = [0.0, 0.0];
 
 /// The matrix to exponentiate; spoiled.
 pub const A: Slot = 0;
@@ -23,6 +24,9 @@ const Y1: Slot = 5;
 const LEFT: Slot = 6;
 const RIGHT: Slot = 7;
 
+/// Matrices in use.
+pub const SLOTS: usize = 8;
+
 /// `T = exp(A) - I`, or `exp(A)` where it decays, with the number of doublings taken.
 ///
 /// The scheme and the number of doublings follow from norms of `A` and its powers, unless
@@ -32,10 +36,14 @@ pub fn exponential(x: &mut impl Arithmetic, doublings: Option<u32>) -> Result<(F
     if let Some(doublings) = doublings {
         x.scale(A, -(doublings as i32), 1);
     }
-    let norm = x.norms(A)[0];
+    let mut norm = x.norms(A)[0];
     // Powers of larger matrices could overflow: they are formed of A / 2^reduced.
-    let reduced = if norm > 1e90 { exponent_above(norm) } else { 0 };
-    x.scale(A, -reduced, 1);
+    let mut reduced = 0;
+    if norm > 1e90 {
+        reduced = exponent_above(norm);
+        x.scale(A, -reduced, 1);
+        norm = x.norms(A)[0];
+    }
     x.multiply(A, A, None, A2)?;
     let mut adaptive = 0;
     if norm <= theta.taylor4 {
@@ -46,12 +54,9 @@ pub fn exponential(x: &mut impl Arithmetic, doublings: Option<u32>) -> Result<(F
         sid15(x)?;
     } else {
         x.multiply(A2, A, None, A3)?;
-        let [second, third] = [x.norms(A2)[0].sqrt(), libm::cbrt(x.norms(A3)[0])];
-        let norm = x.norms(A)[0];
-        // |A^k| <= alpha^k for all k >= 2 (Al-Mohy & Higham, 2009).
-        let alpha = norm.min(second.max(third));
-        if doublings.is_none() && alpha > 0.0 {
-            adaptive = (exponent_above(alpha / theta.sid21) + reduced).max(0);
+        if doublings.is_none() {
+            let norms = [norm, x.norms(A2)[0], x.norms(A3)[0]];
+            adaptive = halvings(norms, theta.sid21).map_or(0, |s| (s + reduced).max(0));
         }
         for (matrix, power) in [(A, 1), (A2, 2), (A3, 3)] {
             x.scale(matrix, reduced - adaptive, power);
@@ -61,6 +66,18 @@ pub fn exponential(x: &mut impl Arithmetic, doublings: Option<u32>) -> Result<(F
     let doublings = doublings.unwrap_or(adaptive as u32);
     let form = double(x, T, LEFT, Form::Increment, doublings)?;
     Ok((form, doublings))
+}
+
+/// The least `s` with `alpha <= theta 2^s`, `alpha = min(|A|, max(|A^2|^(1/2), |A^3|^(1/3)))`, which
+/// bounds all `|A^k|^(1/k)`, `k >= 2` (Al-Mohy & Higham, 2009); `None` where `alpha` is 0.
+fn halvings([one, two, three]: [f64; 3], theta: f64) -> Option<i32> {
+    let exponent = |norm: f64| (norm >= f64::MIN_POSITIVE).then(|| exponent_above(norm));
+    let ceiling = |x: i32, n: i32| -(-x).div_euclid(n);
+    let one = exponent(one / theta)?;
+    let two = exponent(two / (theta * theta)).map(|e| ceiling(e, 2));
+    let three = exponent(three / (theta * theta * theta)).map(|e| ceiling(e, 3));
+    // `None` is less than any number.
+    two.max(three).map(|powers| powers.min(one))
 }
 
 fn taylor4(x: &mut impl Arithmetic) -> Result<()> {
@@ -102,13 +119,15 @@ fn sid21(x: &mut impl Arithmetic) -> Result<()> {
     ] = SID21;
     x.sum([(c1, A3), (c2, A2), (c3, A)], RIGHT);
     x.multiply(A3, RIGHT, None, Y0)?;
-    x.sum([(ONE, Y0), (c4, A3), (c5, A2), (c6, A)], LEFT);
-    x.sum([(ONE, Y0), (c7, A3), (c8, A2)], RIGHT);
-    x.sum([(c9, Y0), (c10, A3), (c11, A2)], T);
+    let first = [[ONE, c4, c5, c6], [ONE, c7, c8, ZERO], [c9, c10, c11, ZERO]];
+    x.sums([Y0, A3, A2, A], first, [LEFT, RIGHT, T]);
     x.multiply(LEFT, RIGHT, Some((1.0, T)), Y1)?;
-    x.sum([(ONE, Y1), (c12, A3), (c13, A2), (c14, A)], LEFT);
-    x.sum([(ONE, Y1), (c15, Y0), (c16, A)], RIGHT);
-    x.sum([(c17, Y1), (c18, Y0), (c19, A3), (c20, A2), (ONE, A)], T);
+    let last = [
+        [ONE, ZERO, c12, c13, c14],
+        [ONE, c15, ZERO, ZERO, c16],
+        [c17, c18, c19, c20, ONE],
+    ];
+    x.sums([Y1, Y0, A3, A2, A], last, [LEFT, RIGHT, T]);
     x.multiply(LEFT, RIGHT, Some((1.0, T)), Y0)?;
     x.swap(Y0, T);
     Ok(())

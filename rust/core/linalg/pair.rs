@@ -1,7 +1,7 @@
 //! Matrices as unevaluated sums `hi + lo` of two matrices of doubles: 106 bits.
 
 use super::dense::{Watch, panel_columns};
-use super::kernel::{Combination, Depth, Eight, Layout, PairProduct, Slices, dispatch, slice_bits};
+use super::kernel::{Combinations, Depth, Eight, Layout, PairProduct, Slices, dispatch, slice_bits};
 use crate::error::Result;
 
 /// A matrix of pairs, to read.
@@ -129,11 +129,15 @@ impl<'a> PairEngine<'a> {
     }
 }
 
-/// `out = sum of c X`, coefficients pairs too.
-pub fn combine<const N: usize>(terms: [([f64; 2], Pair); N], out: &mut PairMut) {
-    dispatch(Combination {
-        terms: terms.map(|(c, x)| (c, x.hi, x.lo)),
-        hi: out.hi,
-        lo: out.lo,
+/// `outs[k] = sum of c[k][i] X[i]`, coefficients pairs too.
+pub fn combine<const N: usize, const K: usize>(
+    x: [Pair; N],
+    c: [[[f64; 2]; N]; K],
+    outs: [PairMut; K],
+) {
+    dispatch(Combinations {
+        x: x.map(|x| (x.hi, x.lo)),
+        c,
+        outs: outs.map(|out| (out.hi, out.lo)),
     });
 }

@@ -95,7 +95,7 @@ pub fn polish(layout: Layout, t: &mut [Eight], watch: &mut Watch) -> Result<bool
     let d = balance(layout, scaled);
     rescale(layout, &d, scaled, 1);
     adjoint(layout, scaled, adjoint_t);
-    dense::sum([(1.0, &*adjoint_t), (1.0, &*scaled)], sum);
+    dense::sums([&*adjoint_t, &*scaled], [[1.0, 1.0]], [&mut *sum]);
     dense::multiply(layout, adjoint_t, scaled, Some((1.0, sum)), defect, watch)?;
     // |T*| |T|, entry by entry, bounds what rounding alone can make of E.
     let magnitudes = |x: &mut [Eight]| doubles_mut(x).iter_mut().for_each(|x| *x = x.abs());
@@ -109,7 +109,7 @@ pub fn polish(layout: Layout, t: &mut [Eight], watch: &mut Watch) -> Result<bool
         return Ok(false);
     }
     dense::multiply(layout, scaled, defect, Some((1.0, defect)), &mut bound, watch)?;
-    dense::sum([(1.0, &*scaled), (-0.5, &*bound)], sum);
+    dense::sums([&*scaled, &*bound], [[1.0, -0.5]], [&mut *sum]);
     rescale(layout, &d, sum, -1);
     t.copy_from_slice(sum);
     Ok(true)
@@ -125,7 +125,7 @@ pub fn defect(layout: Layout, t: Pair, watch: &mut Watch) -> Result<f64> {
     adjoint(layout, t.lo, star_lo);
     let star = Pair { hi: star_hi, lo: star_lo };
     let one = [1.0, 0.0];
-    combine([(one, star), (one, t)], &mut PairMut { hi: sum_hi, lo: sum_lo });
+    combine([star, t], [[one, one]], [PairMut { hi: &mut *sum_hi, lo: &mut *sum_lo }]);
     let sum = Pair { hi: sum_hi, lo: sum_lo };
     let mut engine = PairEngine::new(layout, Depth::Three, slices);
     engine.multiply(star, t, Some((1.0, sum)), &mut PairMut { hi: &mut *hi, lo }, watch)?;

@@ -3,31 +3,55 @@
 use super::pack::{Lanes, Pack, packs, packs_mut};
 use super::{Body, Eight, Layout};
 
-/// `out = sum of c X`, each term by one fused multiply-add, in the order given.
-pub struct Sum<'a, const N: usize> {
-    /// Coefficients and matrices.
-    pub terms: [(f64, &'a [Eight]); N],
-    /// The result.
-    pub out: &'a mut [Eight],
+/// Several sums `outs[k] = sum of c[k][i] X[i]` of the same matrices in one pass, each term by one
+/// fused multiply-add, in the order given.
+pub struct Sums<'a, const N: usize, const K: usize> {
+    /// The matrices.
+    pub x: [&'a [Eight]; N],
+    /// Coefficients of each sum.
+    pub c: [[f64; N]; K],
+    /// The results.
+    pub outs: [&'a mut [Eight]; K],
 }
 
-impl<const N: usize> Body for Sum<'_, N> {
+impl<const N: usize, const K: usize> Body for Sums<'_, N, K> {
     type Output = ();
 
     #[inline(always)]
     fn run<V: Lanes>(self) {
-        let len = self.out.len();
-        let out = packs_mut::<V>(self.out);
-        let mut terms: [&[Pack<V>]; N] = [&[]; N];
-        for (packed, (_, x)) in terms.iter_mut().zip(&self.terms) {
-            *packed = &packs::<V>(x)[..len];
+        let len = self.outs[0].len();
+        let mut x: [&[Pack<V>]; N] = [&[]; N];
+        for i in 0..N {
+            x[i] = &packs::<V>(self.x[i])[..len];
         }
-        for (at, out) in out.iter_mut().enumerate() {
-            let mut sum = Pack::<V>::splat(0.0);
-            for i in 0..N {
-                sum = Pack::splat(self.terms[i].0).mul_add(terms[i][at], sum);
+        for at in 0..len {
+            for k in 0..K {
+                let mut sum = Pack::<V>::splat(0.0);
+                for i in 0..N {
+                    sum = Pack::splat(self.c[k][i]).mul_add(x[i][at], sum);
+                }
+                packs_mut::<V>(self.outs[k])[at] = sum;
             }
-            *out = sum;
+        }
+    }
+}
+
+/// Multiplies by a number.
+pub struct Scale<'a> {
+    /// The matrix.
+    pub x: &'a mut [Eight],
+    /// The number.
+    pub factor: f64,
+}
+
+impl Body for Scale<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Lanes>(self) {
+        let factor = Pack::<V>::splat(self.factor);
+        for x in packs_mut::<V>(self.x) {
+            *x = *x * factor;
         }
     }
 }
@@ -87,6 +111,39 @@ impl Body for Maxima<'_> {
                 found = x.abs().max(found);
             }
             *largest = found;
+        }
+    }
+}
+
+/// Sums of magnitudes of rows and of columns.
+pub struct Sides<'a> {
+    /// How the columns lie in memory.
+    pub layout: Layout,
+    /// The matrix, square.
+    pub a: &'a [Eight],
+    /// Sums of rows: `height` packs.
+    pub rows: &'a mut [Eight],
+    /// Sums of columns, one double each.
+    pub columns: &'a mut [f64],
+}
+
+impl Body for Sides<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Lanes>(self) {
+        let Layout { height, stride, .. } = self.layout;
+        let rows = &mut packs_mut::<V>(self.rows)[..height];
+        for row in &mut *rows {
+            *row = Pack::splat(0.0);
+        }
+        for (column, total) in packs::<V>(self.a).chunks_exact(stride).zip(self.columns) {
+            let mut sum = Pack::<V>::splat(0.0);
+            for (x, row) in column.iter().zip(&mut *rows) {
+                *row = *row + x.abs();
+                sum = sum + x.abs();
+            }
+            *total = sum.sum();
         }
     }
 }

@@ -83,15 +83,20 @@ impl Product<'_> {
                 }
             }
         }
-        for (j, sum) in sum.iter_mut().enumerate() {
+        for j in 0..N {
             let at = (col + j) * stride + row;
             if let Some((alpha, d)) = self.add {
                 let alpha = Pack::splat(alpha);
-                for (sum, d) in sum.iter_mut().zip(&packs::<V>(d)[at..]) {
-                    *sum = alpha.mul_add(*d, *sum);
+                let d: &[Pack<V>; R] = packs(&d[at..]).first_chunk().expect("R packs of rows");
+                for i in 0..R {
+                    sum[j][i] = alpha.mul_add(d[i], sum[j][i]);
                 }
             }
-            packs_mut::<V>(self.c)[at..at + R].copy_from_slice(sum);
+            let c = packs_mut::<V>(&mut self.c[at..]);
+            let c: &mut [Pack<V>; R] = c.first_chunk_mut().expect("R packs of rows");
+            for i in 0..R {
+                c[i] = sum[j][i];
+            }
         }
         N
     }

@@ -14,12 +14,12 @@ mod stepping;
 
 use std::sync::atomic::{AtomicU8, Ordering};
 
-pub use elementwise::{ColumnSums, Finite, Maxima, Sum};
+pub use elementwise::{ColumnSums, Finite, Maxima, Scale, Sides, Sums};
 pub use gemm::Product;
 pub(crate) use pack::fused;
 pub use pack::{Lanes, Pack, packs, packs_mut};
 pub use stepping::{CutPropagator, CutStates};
-pub use pair::{Combination, Depth, PairProduct, Slices, slice_bits};
+pub use pair::{Combinations, Depth, PairProduct, Slices, slice_bits};
 
 /// Eight doubles, one cache line: the unit in which matrices and batches are stored.
 #[derive(Clone, Copy, Debug, PartialEq)]

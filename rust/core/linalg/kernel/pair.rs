@@ -250,38 +250,48 @@ impl<'a> PairProduct<'a> {
     }
 }
 
-/// `out = sum of c X` over pairs, coefficients pairs too, element by element.
-pub struct Combination<'a, const N: usize> {
-    /// Coefficients and matrices (leading parts, remainders).
-    pub terms: [([f64; 2], &'a [Eight], &'a [Eight]); N],
-    /// The result: leading parts.
-    pub hi: &'a mut [Eight],
-    /// The result: remainders.
-    pub lo: &'a mut [Eight],
+/// Several sums `outs[k] = sum of c[k][i] X[i]` of the same matrices of pairs in one pass;
+/// coefficients are pairs too.
+pub struct Combinations<'a, const N: usize, const K: usize> {
+    /// The matrices: leading parts, remainders.
+    pub x: [(&'a [Eight], &'a [Eight]); N],
+    /// Coefficients of each sum; terms with 0 are left out.
+    pub c: [[[f64; 2]; N]; K],
+    /// The results: leading parts, remainders.
+    pub outs: [(&'a mut [Eight], &'a mut [Eight]); K],
 }
 
-impl<const N: usize> Body for Combination<'_, N> {
+impl<const N: usize, const K: usize> Body for Combinations<'_, N, K> {
     type Output = ();
 
     #[inline(always)]
     fn run<V: Lanes>(self) {
-        let len = self.hi.len();
-        let (out_hi, out_lo) = (packs_mut::<V>(self.hi), packs_mut::<V>(self.lo));
+        let len = self.outs[0].0.len();
+        let mut x: [(&[Pack<V>], &[Pack<V>]); N] = [(&[], &[]); N];
+        for i in 0..N {
+            x[i] = (&packs::<V>(self.x[i].0)[..len], &packs::<V>(self.x[i].1)[..len]);
+        }
         for at in 0..len {
-            let mut sum = Pack::<V>::splat(0.0);
-            let mut rest = Pack::<V>::splat(0.0);
-            for ([c_hi, c_lo], x_hi, x_lo) in &self.terms {
-                let (c_hi, c_lo) = (Pack::splat(*c_hi), Pack::splat(*c_lo));
-                let (x_hi, x_lo) = (packs::<V>(x_hi)[at], packs::<V>(x_lo)[at]);
-                let (p, e) = c_hi.two_product(x_hi);
-                let e = c_hi.mul_add(x_lo, c_lo.mul_add(x_hi, e));
-                let (s, t) = sum.two_sum(p);
-                sum = s;
-                rest = rest + (t + e);
+            for k in 0..K {
+                let mut sum = Pack::<V>::splat(0.0);
+                let mut rest = Pack::<V>::splat(0.0);
+                for i in 0..N {
+                    let [c_hi, c_lo] = self.c[k][i];
+                    if c_hi == 0.0 {
+                        continue;
+                    }
+                    let (c_hi, c_lo) = (Pack::splat(c_hi), Pack::splat(c_lo));
+                    let (x_hi, x_lo) = (x[i].0[at], x[i].1[at]);
+                    let (p, e) = c_hi.two_product(x_hi);
+                    let e = c_hi.mul_add(x_lo, c_lo.mul_add(x_hi, e));
+                    let (s, t) = sum.two_sum(p);
+                    sum = s;
+                    rest = rest + (t + e);
+                }
+                let (hi, lo) = sum.two_sum(rest);
+                packs_mut::<V>(self.outs[k].0)[at] = hi;
+                packs_mut::<V>(self.outs[k].1)[at] = lo;
             }
-            let (h, l) = sum.two_sum(rest);
-            out_hi[at] = h;
-            out_lo[at] = l;
         }
     }
 }
