@@ -101,8 +101,7 @@ impl Arithmetic for Doubles<'_, '_> {
     fn multiply(&mut self, a: Slot, b: Slot, add: Option<(f64, Slot)>, c: Slot) -> Result<()> {
         let out = std::mem::take(&mut self.slots[c]);
         let add = add.map(|(alpha, d)| (alpha, &*self.slots[d]));
-        let done =
-            dense::multiply(self.layout, self.slots[a], self.slots[b], add, out, self.watch);
+        let done = dense::multiply(self.layout, self.slots[a], self.slots[b], add, out, self.watch);
         self.slots[c] = out;
         done
     }

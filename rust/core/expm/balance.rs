@@ -29,8 +29,10 @@ pub fn balance(layout: Layout, a: &mut [Eight]) -> Option<Vec<i32>> {
         let mut settled = true;
         for i in 0..layout.rows {
             let change = match sides(layout, a, i) {
-                (Some(row), Some(column)) if row.max(column) > SMALL => {
-                    if (row - column).abs() > 1 { (row - column).div_euclid(2) } else { 0 }
+                (Some(row), Some(column))
+                    if row.max(column) > SMALL && (row - column).abs() > 1 =>
+                {
+                    (row - column).div_euclid(2)
                 }
                 // Nothing feeds back: the one side can be made as small as is of use.
                 (Some(row), None) if row > SMALL => row - SMALL,

@@ -61,7 +61,7 @@ impl Blocks {
         let layout = propagator.layout();
         let powers = propagator.powers(watch)?.len();
         let width = 1 << (powers - 1);
-        let packs = layout.packs(width).checked_mul(batch).unwrap_or(usize::MAX);
+        let packs = layout.packs(width).saturating_mul(batch);
         let exact = propagator.correction == Correction::Exact;
         let remainder = if exact { packs } else { 0 };
         Ok(Blocks {
@@ -88,7 +88,9 @@ impl Blocks {
     /// [`Correction::Exact`] their remainders, the bounds of the components, and the largest
     /// magnitudes since the bounds were last reviewed.
     pub fn carried_len(&self) -> usize {
-        self.next.len() + self.next_e.len() + if self.exact() { 2 * self.layout().stride } else { 0 }
+        self.next.len()
+            + self.next_e.len()
+            + if self.exact() { 2 * self.layout().stride } else { 0 }
     }
 
     fn exact(&self) -> bool {
@@ -122,7 +124,15 @@ impl Blocks {
                 let (from_e, to_e) = self.next_e.split_at_mut(done);
                 let states = States { from, from_e, to, to_e: &mut to_e[..done] };
                 bound(self.propagator.layout(), from, &mut self.bounds, &mut self.maxima)?;
-                exact(&self.propagator, power, &mut self.cuts[power], &self.bounds, self.grain, states, (&mut self.z1, &mut self.z2));
+                exact(
+                    &self.propagator,
+                    power,
+                    &mut self.cuts[power],
+                    &self.bounds,
+                    self.grain,
+                    states,
+                    (&mut self.z1, &mut self.z2),
+                );
             }
             done *= 2;
         }
@@ -147,7 +157,15 @@ impl Blocks {
             }
             bound(layout, from, &mut self.bounds, &mut self.maxima)?;
             let states = States { from, from_e, to: &mut self.next, to_e: &mut self.next_e };
-            exact(&self.propagator, power, &mut self.cuts[power], &self.bounds, self.grain, states, (&mut self.z1, &mut self.z2));
+            exact(
+                &self.propagator,
+                power,
+                &mut self.cuts[power],
+                &self.bounds,
+                self.grain,
+                states,
+                (&mut self.z1, &mut self.z2),
+            );
         }
         self.store(carried);
         Ok(())
@@ -156,7 +174,12 @@ impl Blocks {
     fn store(&self, carried: &mut [Eight]) {
         let mut rest = carried;
         let exact = self.exact();
-        let parts = [(&self.next, true), (&self.next_e, exact), (&self.bounds, exact), (&self.maxima, exact)];
+        let parts = [
+            (&self.next, true),
+            (&self.next_e, exact),
+            (&self.bounds, exact),
+            (&self.maxima, exact),
+        ];
         for (part, _) in parts.into_iter().filter(|(_, kept)| *kept) {
             let (here, next) = rest.split_at_mut(part.len());
             here.copy_from_slice(part);

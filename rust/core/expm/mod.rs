@@ -10,8 +10,8 @@ mod pade;
 mod propagator;
 mod sid;
 
-pub use doubling::Form;
 pub use blocks::Blocks;
+pub use doubling::Form;
 pub use pade::HIGHEST as HIGHEST_PADE;
 pub use propagator::{Correction, Propagator};
 
@@ -155,7 +155,8 @@ pub fn exponentials(
     let packs = layout.packs(rows);
     let mut norm = 0.0;
     let pairs = recipe.in_pairs(rows);
-    let matrices = if pairs { Pairs::matrices(recipe.slots(), Depth::Three) } else { recipe.slots() };
+    let matrices =
+        if pairs { Pairs::matrices(recipe.slots(), Depth::Three) } else { recipe.slots() };
     let memory = packs.checked_mul(matrices).ok_or_else(|| Error::memory("matrix too large"))?;
     dense::with_scratch(memory, |memory| {
         let size = rows * rows;
@@ -282,10 +283,12 @@ pub fn exponential(
         let mut memory = dense::zeros(packs * Pairs::matrices(recipe.slots(), depth))?;
         let mut x = Pairs::new(layout, recipe.slots(), depth, &mut memory, watch);
         let matrix = x.matrix(sid::A);
-        (matrix.hi.copy_from_slice(&hi), matrix.lo.copy_from_slice(&lo));
+        matrix.hi.copy_from_slice(&hi);
+        matrix.lo.copy_from_slice(&lo);
         (form, doublings) = recipe.run(&mut x)?;
         let t = x.matrix(sid::T);
-        (hi.copy_from_slice(t.hi), lo.copy_from_slice(t.lo));
+        hi.copy_from_slice(t.hi);
+        lo.copy_from_slice(t.lo);
     } else {
         let mut memory = dense::zeros(packs * recipe.slots())?;
         let mut x = Doubles::new(layout, &mut memory, watch);

@@ -208,11 +208,8 @@ impl Propagator {
         if let Some(powers) = self.powers.get() {
             return Ok(powers);
         }
-        let mut powers = vec![Power {
-            form: self.one.form,
-            hi: self.one.hi.clone(),
-            lo: self.one.lo.clone(),
-        }];
+        let mut powers =
+            vec![Power { form: self.one.form, hi: self.one.hi.clone(), lo: self.one.lo.clone() }];
         // Small states gain from longer blocks, which hide the latency of short products.
         let most = if self.rows() <= 16 { 5 } else { 4 };
         while powers.len() < most {
@@ -240,12 +237,14 @@ impl Propagator {
             let mut memory = dense::zeros(packs * Pairs::matrices(2, Depth::Three))?;
             let mut x = Pairs::new(layout, 2, Depth::Three, &mut memory, watch);
             let t = x.matrix(SQUARE);
-            (t.hi.copy_from_slice(&power.hi), t.lo.copy_from_slice(&power.lo));
+            t.hi.copy_from_slice(&power.hi);
+            t.lo.copy_from_slice(&power.lo);
             form = double(&mut x, SQUARE, 1, power.form, 1)?;
             let t = x.matrix(SQUARE);
             (hi, lo) = (t.hi.to_vec(), t.lo.to_vec());
             // Cutting for the largest states must not overflow either.
-            if !(symplectic::largest(&hi) < 1e20) {
+            let largest = symplectic::largest(&hi);
+            if largest.is_nan() || largest > 1e20 {
                 return Err(overflow());
             }
         } else {
@@ -268,7 +267,9 @@ impl Propagator {
 
 /// The error for a state beyond the largest double.
 pub(super) fn state_overflow() -> Box<Error> {
-    Error::overflow("the state overflows: a component exceeds 1.8e308; the system grows without bound")
+    Error::overflow(
+        "the state overflows: a component exceeds 1.8e308; the system grows without bound",
+    )
 }
 
 fn transpose(layout: Layout, x: &mut [Eight]) {

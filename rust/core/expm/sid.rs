@@ -114,19 +114,33 @@ fn sid15(x: &mut impl Arithmetic) -> Result<()> {
 
 fn sid21(x: &mut impl Arithmetic) -> Result<()> {
     let [
-        c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, //
-        c11, c12, c13, c14, c15, c16, c17, c18, c19, c20,
+        c1,
+        c2,
+        c3,
+        c4,
+        c5,
+        c6,
+        c7,
+        c8,
+        c9,
+        c10, //
+        c11,
+        c12,
+        c13,
+        c14,
+        c15,
+        c16,
+        c17,
+        c18,
+        c19,
+        c20,
     ] = SID21;
     x.sum([(c1, A3), (c2, A2), (c3, A)], RIGHT);
     x.multiply(A3, RIGHT, None, Y0)?;
     let first = [[ONE, c4, c5, c6], [ONE, c7, c8, ZERO], [c9, c10, c11, ZERO]];
     x.sums([Y0, A3, A2, A], first, [LEFT, RIGHT, T]);
     x.multiply(LEFT, RIGHT, Some((1.0, T)), Y1)?;
-    let last = [
-        [ONE, ZERO, c12, c13, c14],
-        [ONE, c15, ZERO, ZERO, c16],
-        [c17, c18, c19, c20, ONE],
-    ];
+    let last = [[ONE, ZERO, c12, c13, c14], [ONE, c15, ZERO, ZERO, c16], [c17, c18, c19, c20, ONE]];
     x.sums([Y1, Y0, A3, A2, A], last, [LEFT, RIGHT, T]);
     x.multiply(LEFT, RIGHT, Some((1.0, T)), Y0)?;
     x.swap(Y0, T);

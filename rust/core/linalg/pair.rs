@@ -1,7 +1,9 @@
 //! Matrices as unevaluated sums `hi + lo` of two matrices of doubles: 106 bits.
 
 use super::dense::{Watch, panel_columns};
-use super::kernel::{Combinations, Depth, Eight, Layout, PairProduct, Slices, dispatch, slice_bits};
+use super::kernel::{
+    Combinations, Depth, Eight, Layout, PairProduct, Slices, dispatch, slice_bits,
+};
 use crate::error::Result;
 
 /// A matrix of pairs, to read.
@@ -85,7 +87,16 @@ impl<'a> PairEngine<'a> {
         let [one, two, three] = &mut self.left;
         let (layout, bits, depth) = (self.layout, self.bits, self.depth);
         let out = [&mut **one, &mut **two, &mut **three, &mut []];
-        dispatch(Slices { rows: true, layout, columns: layout.rows, bits, depth, hi: a.hi, lo: a.lo, out });
+        dispatch(Slices {
+            rows: true,
+            layout,
+            columns: layout.rows,
+            bits,
+            depth,
+            hi: a.hi,
+            lo: a.lo,
+            out,
+        });
     }
 
     /// The product with the left factor cut last.

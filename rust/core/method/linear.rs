@@ -119,10 +119,8 @@ const PADE: OptionInfo = OptionInfo {
     name: "pade",
     doc: "l or (l, m), 0..13, default 2: degrees of the Padé ratio; symplectic only where l = m",
 };
-const ORDER: OptionInfo = OptionInfo {
-    name: "order",
-    doc: "1..30, default 4: order of the Taylor polynomial",
-};
+const ORDER: OptionInfo =
+    OptionInfo { name: "order", doc: "1..30, default 4: order of the Taylor polynomial" };
 const REFERENCE: &str = "Huang, Deng & Yao, J. Sound Vib. 299 (2007)";
 
 pub(super) const AUTO: MethodInfo = MethodInfo {
@@ -219,8 +217,7 @@ fn build(
         Some(_) => correction("")?,
     };
     let rows = problem.flow().len();
-    let propagator =
-        Propagator::new(rows, system.matrix(), h, recipe.check()?, correction, watch)?;
+    let propagator = Propagator::new(rows, system.matrix(), h, recipe.check()?, correction, watch)?;
     let why = match (why, propagator.correction) {
         (why, Correction::Exact) => join(why, "state kept correctly rounded"),
         (why, Correction::Polish) => join(why, "symplectic polish: A is Hamiltonian"),

@@ -64,8 +64,14 @@ pub trait Stepper<S: ?Sized>: Send {
     ///
     /// # Errors
     /// Those of the system and of the method; the state is then as it was.
-    fn step(&mut self, system: &S, k: u64, t: f64, state: &mut State, work: &mut Work)
-    -> Result<()>;
+    fn step(
+        &mut self,
+        system: &S,
+        k: u64,
+        t: f64,
+        state: &mut State,
+        work: &mut Work,
+    ) -> Result<()>;
 
     /// As many steps as `rows` has room for, each state copied into its row; `done` counts them.
     ///

@@ -140,4 +140,3 @@ pub fn count(name: &str, given: &Bound<'_, PyAny>) -> PyResult<u64> {
     u64::try_from(value)
         .map_err(|_| PyMemoryError::new_err(format!("{name}: {index} is more than can be stored")))
 }
-

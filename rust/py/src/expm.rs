@@ -168,7 +168,9 @@ fn chosen(
     match (method, options) {
         (None, None) => Ok(Recipe::auto(rows)),
         (Some(method), _) => recipe(rows, method, options),
-        (None, Some(options)) => recipe(rows, PyString::new(options.py(), "auto").as_any(), Some(options)),
+        (None, Some(options)) => {
+            recipe(rows, PyString::new(options.py(), "auto").as_any(), Some(options))
+        }
     }
 }
 

@@ -94,9 +94,7 @@ impl Product<'_> {
             }
             let c = packs_mut::<V>(&mut self.c[at..]);
             let c: &mut [Pack<V>; R] = c.first_chunk_mut().expect("R packs of rows");
-            for i in 0..R {
-                c[i] = sum[j][i];
-            }
+            *c = sum[j];
         }
         N
     }

@@ -18,8 +18,8 @@ pub use elementwise::{ColumnSums, Finite, Maxima, Scale, Sides, Sums};
 pub use gemm::Product;
 pub(crate) use pack::fused;
 pub use pack::{Lanes, Pack, packs, packs_mut};
-pub use stepping::{CutPropagator, CutStates};
 pub use pair::{Combinations, Depth, PairProduct, Slices, slice_bits};
+pub use stepping::{CutPropagator, CutStates};
 
 /// Eight doubles, one cache line: the unit in which matrices and batches are stored.
 #[derive(Clone, Copy, Debug, PartialEq)]

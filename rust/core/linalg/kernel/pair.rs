@@ -267,9 +267,10 @@ impl<const N: usize, const K: usize> Body for Combinations<'_, N, K> {
     #[inline(always)]
     fn run<V: Lanes>(self) {
         let len = self.outs[0].0.len();
-        let mut x: [(&[Pack<V>], &[Pack<V>]); N] = [(&[], &[]); N];
+        let (mut his, mut los): ([&[Pack<V>]; N], [&[Pack<V>]; N]) = ([&[]; N], [&[]; N]);
         for i in 0..N {
-            x[i] = (&packs::<V>(self.x[i].0)[..len], &packs::<V>(self.x[i].1)[..len]);
+            his[i] = &packs::<V>(self.x[i].0)[..len];
+            los[i] = &packs::<V>(self.x[i].1)[..len];
         }
         for at in 0..len {
             for k in 0..K {
@@ -281,7 +282,7 @@ impl<const N: usize, const K: usize> Body for Combinations<'_, N, K> {
                         continue;
                     }
                     let (c_hi, c_lo) = (Pack::splat(c_hi), Pack::splat(c_lo));
-                    let (x_hi, x_lo) = (x[i].0[at], x[i].1[at]);
+                    let (x_hi, x_lo) = (his[i][at], los[i][at]);
                     let (p, e) = c_hi.two_product(x_hi);
                     let e = c_hi.mul_add(x_lo, c_lo.mul_add(x_hi, e));
                     let (s, t) = sum.two_sum(p);

@@ -1,0 +1,188 @@
+"""Claims about the public API: results, bits, and what bad input raises."""
+
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+import spim
+
+DATA = Path(__file__).parents[1] / "data"
+Z0 = [0, 0, 0, 2, 2, 2]
+
+
+@pytest.fixture
+def oscillators():
+    return spim.models.Oscillators([0.1, 10, 1000], [100, 10, 1])
+
+
+def reference_cases():
+    data = np.load(DATA / "expm.npz")
+    for name, label in zip(data["names"], data["labels"], strict=True):
+        yield str(name), str(label), *data[str(name)]
+
+
+def test_exact_is_within_0_51_ulp_of_the_largest_entry():
+    for name, label, a, hi, lo in reference_cases():
+        if "1e20" in label:
+            continue
+        error = np.abs((spim.expm(a, method="exact") - hi) - lo).max(initial=0.0)
+        assert error <= 0.51 * np.spacing(np.abs(hi).max()), name
+
+
+def test_exact_rounds_every_entry_correctly_up_to_16_rows():
+    # But for sin(pi), 1.2e-16 of the largest entry: its last bit needs more than 106 bits.
+    for name, label, a, hi, _ in reference_cases():
+        if len(a) <= 16 and "1e20" not in label and name != "rotation: 3.14159":
+            assert np.array_equal(spim.expm(a, method="exact"), hi), name
+
+
+def test_exact_stepping_keeps_the_state_correctly_rounded_for_a_million_steps():
+    data = np.load(DATA / "oscillators.npz")
+    for run in ("oscillators", "beam"):
+        system, tau, z0, k, hi, lo = (
+            data[f"{run}_{x}"] for x in ("H", "tau", "z0", "k", "hi", "lo")
+        )
+        states = spim.Propagator(system, float(tau), correction="exact").trajectory(
+            z0, int(k.max())
+        )
+        error = np.abs((states[k] - hi) - lo)
+        assert (error <= 0.51 * np.spacing(np.abs(hi))).all(), run
+
+
+def test_every_only_chooses_what_is_stored(oscillators):
+    for correction in ("none", "polish", "exact"):
+        p = spim.Propagator(oscillators, 0.3, correction=correction)
+        assert np.array_equal(p.trajectory(Z0, 1000, every=7), p.trajectory(Z0, 1000)[::7])
+
+
+def test_a_batch_is_its_trajectories(oscillators):
+    p = spim.Propagator(oscillators, 0.3)
+    batch = np.array([Z0, [1, 0, 0, 0, 0, 0], [0, 1, 2, 0, 0, 0]], dtype=float)
+    together = p.trajectory(batch, 100)
+    assert together.shape == (101, 3, 6)
+    for i, z0 in enumerate(batch):
+        assert np.array_equal(together[:, i], p.trajectory(z0, 100))
+
+
+def test_time_runs_backward(oscillators):
+    forward = spim.integrate(oscillators, Z0, (0, 3), 0.1, correction="exact")
+    back = spim.integrate(oscillators, forward.z[-1], (3, 0), 0.1, correction="exact")
+    assert np.abs(back.z[-1] - Z0).max() <= 1e-13
+    assert back.t[-1] == 0.0 and back.step == -0.1
+
+
+def test_states_between_steps_are_exact(oscillators):
+    sol = spim.integrate(oscillators, Z0, (0, 2), 0.1, every=5)
+    direct = spim.integrate(oscillators, Z0, (0, 1.234), 1.234)
+    assert np.abs(sol(1.234) - direct.z[-1]).max() <= 1e-14
+    assert sol([0.1, 0.2]).shape == (6, 2)
+
+
+def test_an_uneven_span_is_divided_equally_with_a_warning(oscillators):
+    with pytest.warns(UserWarning, match="no multiple"):
+        sol = spim.integrate(oscillators, Z0, (0, 1), 0.3)
+    assert len(sol.t) == 5 and sol.step == 0.25
+    assert spim.integrate(oscillators, Z0, (0, 2.1), 0.7).step == 0.7
+
+
+def test_off_diagonal_ratios_are_not_symplectic(oscillators):
+    even = spim.Propagator(oscillators, 0.05, method="pade", pade=(2, 2), doublings=0)
+    odd = spim.Propagator(
+        oscillators, 0.05, method="pade", pade=(3, 2), doublings=0, correction="none"
+    )
+    assert even.symplectic_defect <= 1e-15
+    assert odd.symplectic_defect >= 1e-6
+
+
+def test_complex_input_gives_the_complex_exponential():
+    x = spim.expm(np.array([[1j * np.pi / 2]]))
+    assert x.dtype == complex and abs(x[0, 0] - 1j) <= 1e-16
+
+
+def test_empty_stacks_stay_empty():
+    for shape in ((0, 0), (0, 3, 3), (2, 0, 0)):
+        assert spim.expm(np.zeros(shape)).shape == shape
+
+
+def test_layout_and_type_of_the_array_do_not_matter():
+    a = np.arange(9.0).reshape(3, 3) / 4
+    expected = spim.expm(a)
+    frozen = a.copy()
+    frozen.flags.writeable = False
+    wide = np.zeros((6, 6))
+    wide[::2, ::2] = a
+    for same in (np.asfortranarray(a), wide[::2, ::2], frozen, a.astype(">f8"), a.tolist()):
+        assert np.array_equal(spim.expm(same), expected)
+    assert spim.expm(np.eye(2, dtype=int)).dtype == np.float64
+
+
+@pytest.mark.parametrize(
+    ("a", "error", "message"),
+    [
+        (np.zeros((2, 3)), ValueError, "square"),
+        (np.zeros(3), ValueError, "square"),
+        (1.0, ValueError, "square"),
+        ([[np.nan]], ValueError, r"entry \(0, 0\) is nan"),
+        ([[1.0, np.inf], [0, 0]], ValueError, r"entry \(0, 1\) is inf"),
+        (np.array([[object()]]), TypeError, "dtype object"),
+        ([["a"]], TypeError, "dtype"),
+        ([[1000.0]], OverflowError, "overflows"),
+    ],
+)
+def test_unusable_matrices_raise(a, error, message):
+    with pytest.raises(error, match=message):
+        spim.expm(a)
+
+
+def test_unusable_arguments_raise(oscillators):
+    p = spim.Propagator(oscillators, 0.1)
+    for tau in (0.0, np.nan, np.inf):
+        with pytest.raises(ValueError, match="tau"):
+            spim.Propagator(oscillators, tau)
+    for steps, error in ((-1, ValueError), (1.5, TypeError), (10**15, MemoryError)):
+        with pytest.raises(error):
+            p.trajectory(Z0, steps)
+    with pytest.raises(ValueError, match="z0"):
+        p.trajectory([1.0], 3)
+    with pytest.raises(ValueError, match="nan"):
+        p.trajectory([np.nan] * 6, 3)
+    with pytest.raises(ValueError, match="polish"):
+        spim.Propagator([[1.0, 2.0], [3.0, 4.0]], 1.0, correction="polish")
+    with pytest.raises(TypeError, match="did you mean 'correction'"):
+        spim.integrate(oscillators, Z0, (0, 1), 0.1, corection="exact")
+    with pytest.raises(ValueError, match="did you mean 'spim'"):
+        spim.integrate(oscillators, Z0, (0, 1), 0.1, method="spin")
+    for step in (0.0, -0.1, np.nan):
+        with pytest.raises(ValueError, match="step"):
+            spim.integrate(oscillators, Z0, (0, 1), step)
+
+
+def test_a_failed_run_keeps_what_it_has(oscillators):
+    with pytest.raises(spim.ModelError) as caught:
+        spim.integrate(oscillators, Z0, (0, 1000), 1.0, method="rk4")
+    partial = caught.value.partial
+    assert len(partial.t) > 1 and np.isfinite(partial.z).all() and not partial.success
+    sol = spim.integrate(oscillators, Z0, (0, 1000), 1.0, method="rk4", throw=False)
+    assert np.array_equal(sol.z, partial.z)
+
+
+def test_progress_exceptions_reach_the_caller(oscillators):
+    class Stop(Exception):
+        pass
+
+    def progress(fraction, t):
+        raise Stop
+
+    with pytest.raises(Stop):
+        spim.integrate(oscillators, Z0, (0, 1e7), 1.0, every=10**6, progress=progress)
+
+
+def test_propagators_and_errors_pickle(oscillators):
+    p = spim.Propagator(oscillators, 0.1, method="spim", pade=3)
+    assert np.array_equal(pickle.loads(pickle.dumps(p)).matrix, p.matrix)
+    assert isinstance(pickle.loads(pickle.dumps(spim.ModelError("x"))), spim.ModelError)
+
+
+def test_nothing_has_panicked():
+    assert spim._core.caught_panics() == 0
