@@ -30,6 +30,7 @@ from pathlib import Path
 
 import numpy as np
 import scipy.linalg
+
 import spim
 
 REFERENCE = Path(__file__).parents[2] / "tests" / "data" / "expm.npz"

@@ -19,7 +19,8 @@ class Solution:
     method : str
         The method, and the reason of what was chosen for it.
     stats : dict
-        Work: "steps", "evaluations" of the right side, "products" of a matrix and a block of states.
+        Work: "steps", "evaluations" of the right side, "products" of a matrix and a block of
+        states.
     success : bool
     status : int
         0: the end was reached; -1: the run failed, or was interrupted.

@@ -1,6 +1,8 @@
 """The command ``spim``."""
 
 import argparse
+import os
+import sys
 from pathlib import Path
 
 import spim
@@ -28,7 +30,12 @@ def main(arguments=None):
         Code 2, after one line on the standard error, for bad input.
     """
     chosen = _parser().parse_args(arguments)
-    chosen.run(chosen)
+    try:
+        chosen.run(chosen)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # The reader, such as `head`, has what it wanted; nothing is left for Python to flush.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _parser():

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 import spim
 
 DATA = Path(__file__).parents[1] / "data"
@@ -69,7 +70,8 @@ def test_time_runs_backward(oscillators):
     forward = spim.integrate(oscillators, Z0, (0, 3), 0.1, correction="exact")
     back = spim.integrate(oscillators, forward.z[-1], (3, 0), 0.1, correction="exact")
     assert np.abs(back.z[-1] - Z0).max() <= 1e-13
-    assert back.t[-1] == 0.0 and back.step == -0.1
+    assert back.t[-1] == 0.0
+    assert back.step == -0.1
 
 
 def test_states_between_steps_are_exact(oscillators):
@@ -82,7 +84,8 @@ def test_states_between_steps_are_exact(oscillators):
 def test_an_uneven_span_is_divided_equally_with_a_warning(oscillators):
     with pytest.warns(UserWarning, match="no multiple"):
         sol = spim.integrate(oscillators, Z0, (0, 1), 0.3)
-    assert len(sol.t) == 5 and sol.step == 0.25
+    assert len(sol.t) == 5
+    assert sol.step == 0.25
     assert spim.integrate(oscillators, Z0, (0, 2.1), 0.7).step == 0.7
 
 
@@ -97,7 +100,8 @@ def test_off_diagonal_ratios_are_not_symplectic(oscillators):
 
 def test_complex_input_gives_the_complex_exponential():
     x = spim.expm(np.array([[1j * np.pi / 2]]))
-    assert x.dtype == complex and abs(x[0, 0] - 1j) <= 1e-16
+    assert x.dtype == complex
+    assert abs(x[0, 0] - 1j) <= 1e-16
 
 
 def test_empty_stacks_stay_empty():
@@ -162,7 +166,9 @@ def test_a_failed_run_keeps_what_it_has(oscillators):
     with pytest.raises(spim.ModelError) as caught:
         spim.integrate(oscillators, Z0, (0, 1000), 1.0, method="rk4")
     partial = caught.value.partial
-    assert len(partial.t) > 1 and np.isfinite(partial.z).all() and not partial.success
+    assert len(partial.t) > 1
+    assert np.isfinite(partial.z).all()
+    assert not partial.success
     sol = spim.integrate(oscillators, Z0, (0, 1000), 1.0, method="rk4", throw=False)
     assert np.array_equal(sol.z, partial.z)
 

@@ -77,6 +77,7 @@ pub fn slice<'a>(array: &'a Doubles<'_>) -> &'a [f64] {
 }
 
 /// The memory of a new array that Python code has not seen yet.
+#[allow(clippy::mut_from_ref)] // as NumPy's own accessor; see SAFETY
 pub fn slice_mut<'a>(array: &'a Doubles<'_>) -> &'a mut [f64] {
     // SAFETY: made by `empty`, contiguous, and not shared with anybody before it is returned.
     unsafe { array.as_slice_mut() }.expect("contiguous by construction")

@@ -267,7 +267,8 @@ impl<const N: usize, const K: usize> Body for Combinations<'_, N, K> {
     #[inline(always)]
     fn run<V: Lanes>(self) {
         let len = self.outs[0].0.len();
-        let (mut his, mut los): ([&[Pack<V>]; N], [&[Pack<V>]; N]) = ([&[]; N], [&[]; N]);
+        let mut his: [&[Pack<V>]; N] = [&[]; N];
+        let mut los: [&[Pack<V>]; N] = [&[]; N];
         for i in 0..N {
             his[i] = &packs::<V>(self.x[i].0)[..len];
             los[i] = &packs::<V>(self.x[i].1)[..len];
