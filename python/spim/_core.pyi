@@ -4,6 +4,23 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import ArrayLike
 
+__all__ = [
+    "InternalError",
+    "Linear",
+    "ModelError",
+    "PrecisionWarning",
+    "Propagator",
+    "SingularMatrixError",
+    "SpimError",
+    "UnsupportedError",
+    "build_info",
+    "caught_panics",
+    "expm",
+    "integrate",
+    "kernel_level",
+    "methods",
+]
+
 class SpimError(Exception): ...
 class ModelError(SpimError): ...
 class SingularMatrixError(SpimError): ...

@@ -32,7 +32,8 @@ def integrate(
         Start and end; backward if the end lies before the start.
     step : float
         Positive. A span that is no multiple of it is divided into ``ceil(span / step)`` equal
-        steps, with a warning; a ratio within 1e-9 of an integer counts as that integer and keeps `step`.
+        steps, with a warning; a ratio within 1e-9 of an integer counts as that integer and keeps
+        `step`.
     method : str
         One of `methods`. "auto" takes the most exact one and says why in ``solution.method``.
     every : int

@@ -32,7 +32,7 @@ pub enum Error {
     Model {
         /// The sentence.
         message: String,
-        /// Time [s].
+        /// Time, in seconds.
         t: f64,
         /// Number of the step that failed.
         step: u64,

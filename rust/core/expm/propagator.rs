@@ -25,7 +25,7 @@ pub enum Correction {
 
 /// `exp(tau A)`, ready to step.
 pub struct Propagator {
-    /// Step [s], or whatever `A` is per.
+    /// Step, in seconds or whatever `A` is per.
     pub tau: f64,
     /// How the exponential was formed.
     pub recipe: Recipe,
