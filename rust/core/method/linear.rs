@@ -107,7 +107,7 @@ pub fn trajectory_method(
 
 const CORRECTION: OptionInfo = OptionInfo {
     name: "correction",
-    doc: "\"auto\", \"none\", \"polish\" or \"exact\": what is done about the rounding of the stored \
+    doc: "\"auto\" (\"none\" for pim), \"none\", \"polish\" or \"exact\": what is done about the rounding of the stored \
           exponential; \"exact\" works in pairs of doubles and keeps the state correctly rounded",
 };
 const DOUBLINGS: OptionInfo = OptionInfo {
@@ -216,6 +216,9 @@ fn build(
         Some(Value::Text(name)) => correction(name)?,
         Some(_) => correction("")?,
     };
+    // A polished PIM would be symplectic, which the paper's is not: only on request.
+    let plain = matches!(recipe.scheme, Scheme::Pim(_)).then_some(Correction::None);
+    let correction = correction.or(plain);
     let rows = problem.flow().len();
     let propagator = Propagator::new(rows, system.matrix(), h, recipe.check()?, correction, watch)?;
     let why = match (why, propagator.correction) {

@@ -1,0 +1,117 @@
+//! What the records say of the methods is true.
+
+use std::sync::Arc;
+
+use spim::method::{METHODS, MethodInfo, Options, State, Value, build};
+use spim::propagate::Clock;
+use spim::system::{Hamiltonian, Linear, Problem};
+
+/// Two coupled oscillators, `z = [q; p]`.
+const A: [f64; 16] = [
+    0.0, 0.0, 1.0, 0.0, //
+    0.0, 0.0, 0.0, 0.5, //
+    -4.0, 1.0, 0.0, 0.0, //
+    1.0, -3.0, 0.0, 0.0,
+];
+
+fn system() -> Arc<Linear> {
+    Arc::new(Linear::new(4, A.to_vec()).unwrap())
+}
+
+/// The schemes as they are without doubling, so that their order shows.
+fn bare(info: &MethodInfo) -> Options {
+    let fixed = info.order.is_some() && info.options.iter().any(|o| o.name == "doublings");
+    let options = [("doublings".to_string(), Value::Integers(vec![0]))];
+    Options(options.into_iter().filter(|_| fixed).collect())
+}
+
+/// The state after `steps` steps of `h`.
+fn run(info: &MethodInfo, h: f64, steps: u64, z0: &[f64]) -> Vec<f64> {
+    let problem = Problem::Linear(system());
+    let mut method = build(info, &problem, h, &bare(info), &mut || Ok(())).unwrap();
+    let mut state = State::new(z0, &*method).unwrap();
+    for k in 0..steps {
+        method.step(k, Clock::steps(h, steps).t(k), &mut state).unwrap();
+    }
+    state.z
+}
+
+/// The matrix of one step, column by column.
+fn step_matrix(info: &MethodInfo, h: f64) -> Vec<Vec<f64>> {
+    let unit = |j| (0..4).map(|i| f64::from(u8::from(i == j))).collect::<Vec<_>>();
+    (0..4).map(|j| run(info, h, 1, &unit(j))).collect()
+}
+
+/// Largest entry of `W^T J W - J`.
+fn defect(w: &[Vec<f64>]) -> f64 {
+    let form =
+        |x: &[f64], y: &[f64]| (0..2).map(|i| x[i] * y[i + 2] - x[i + 2] * y[i]).sum::<f64>();
+    let mut worst = 0.0_f64;
+    for (i, x) in w.iter().enumerate() {
+        for (j, y) in w.iter().enumerate() {
+            let j_entry = f64::from(u8::from(j == i + 2)) - f64::from(u8::from(i == j + 2));
+            worst = worst.max((form(x, y) - j_entry).abs());
+        }
+    }
+    worst
+}
+
+#[test]
+fn symplectic_says_so_of_the_step() {
+    for info in METHODS {
+        let found = defect(&step_matrix(info, 0.3));
+        match info.symplectic {
+            true => assert!(found <= 2e-15, "{}: {found:e}", info.name), // 10 u
+            false => assert!(found >= 1e-6, "{}: {found:e}", info.name), // (0.3 * 2)^6 / 72
+        }
+    }
+}
+
+#[test]
+fn symmetric_says_so_of_a_step_back() {
+    let z0 = [1.0, -0.5, 0.25, 2.0];
+    for info in METHODS {
+        let back = run(info, -0.3, 1, &run(info, 0.3, 1, &z0));
+        let found = back.iter().zip(z0).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+        match info.symmetric {
+            true => assert!(found <= 4e-15, "{}: {found:e}", info.name), // 10 u of |z|
+            false => assert!(found >= 1e-6, "{}: {found:e}", info.name),
+        }
+    }
+}
+
+#[test]
+fn the_order_is_the_measured_slope() {
+    let z0 = [1.0, -0.5, 0.25, 2.0];
+    let exact = METHODS.iter().find(|info| info.order.is_none()).unwrap();
+    for info in METHODS {
+        let errors: Vec<f64> = [16_u64, 32, 64, 128, 256]
+            .iter()
+            .map(|&steps| {
+                let h = 2.0 / steps as f64;
+                let (x, y) = (run(info, h, steps, &z0), run(exact, h, steps, &z0));
+                x.iter().zip(&y).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
+            })
+            .collect();
+        let Some(order) = info.order else { continue };
+        for pair in errors.windows(2).skip(1) {
+            let slope = (pair[0] / pair[1]).log2();
+            assert!((slope - order as f64).abs() <= 0.15, "{}: {slope} of {errors:?}", info.name);
+        }
+    }
+}
+
+#[test]
+fn energy_preserving_says_so_of_ten_thousand_steps() {
+    let z0 = [1.0, -0.5, 0.25, 2.0];
+    for info in METHODS {
+        let end = run(info, 0.3, 10_000, &z0);
+        let (before, after) =
+            (system().energy(0.0, &z0).unwrap(), system().energy(0.0, &end).unwrap());
+        let found = (after / before - 1.0).abs();
+        match info.energy_preserving {
+            true => assert!(found <= 1e-11, "{}: {found:e}", info.name), // 10 u a step
+            false => assert!(found >= 1e-4, "{}: {found:e}", info.name),
+        }
+    }
+}
