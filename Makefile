@@ -46,7 +46,8 @@ check-format: setup ## formatting: rustfmt, ruff
 
 check-lints: setup ## lints: clippy, ruff
 	$(BIN)/python -m ruff check .
-	$(AS_MATURIN) cargo clippy $(CARGO_FLAGS) --all-targets -- -D warnings
+	@echo cargo clippy $(CARGO_FLAGS) --all-targets -- -D warnings
+	@$(AS_MATURIN) cargo clippy $(CARGO_FLAGS) --all-targets -- -D warnings
 
 test-rust: ## tests of the Rust core
 	cargo test $(CARGO_FLAGS)

@@ -31,7 +31,7 @@ impl<'a> Recorder<'a> {
         usize::try_from(rows).map_err(|_| Error::memory(format!("{rows} rows are too many")))
     }
 
-    /// `t`: one double a row, `z`: one state a row; `last`: the number of a step to store whatever
+    /// `t`: one double a row, or empty where nobody asks for times; `z`: one state a row; `last`: the number of a step to store whatever
     /// `every` says.
     pub fn new(t: &'a mut [f64], z: &'a mut [f64], every: u64, last: Option<u64>) -> Self {
         Recorder { t, z, every, last, rows: 0 }
@@ -53,7 +53,7 @@ impl<'a> Recorder<'a> {
 
     /// Notes that `done` rows were written in place, for the steps after `step`.
     pub(crate) fn filled(&mut self, step: u64, done: usize, clock: &Clock) {
-        for (i, t) in self.t[self.rows..][..done].iter_mut().enumerate() {
+        for (i, t) in self.t.iter_mut().skip(self.rows).take(done).enumerate() {
             *t = clock.t(step + 1 + i as u64);
         }
         self.rows += done;
@@ -62,7 +62,9 @@ impl<'a> Recorder<'a> {
     /// Stores a state if it is one to store.
     pub(crate) fn record(&mut self, step: u64, t: f64, z: &[f64]) {
         if step.is_multiple_of(self.every) || self.last == Some(step) {
-            self.t[self.rows] = t;
+            if let Some(row) = self.t.get_mut(self.rows) {
+                *row = t;
+            }
             self.z[self.rows * z.len()..][..z.len()].copy_from_slice(z);
             self.rows += 1;
         }

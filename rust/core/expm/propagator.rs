@@ -211,7 +211,7 @@ impl Propagator {
         let mut powers =
             vec![Power { form: self.one.form, hi: self.one.hi.clone(), lo: self.one.lo.clone() }];
         // Small states gain from longer blocks, which hide the latency of short products.
-        let most = if self.rows() <= 16 { 5 } else { 4 };
+        let most = if self.rows() <= 16 { 7 } else { 4 };
         while powers.len() < most {
             match self.doubled(powers.last().expect("one at least"), watch) {
                 Ok(power) => powers.push(power),

@@ -72,17 +72,34 @@ pub fn pack(layout: Layout, plain: &[f64], packed: &mut [Eight]) {
 /// Copies packed columns into plain contiguous ones.
 #[inline]
 pub fn unpack(layout: Layout, packed: &[Eight], plain: &mut [f64]) {
-    let (m, whole) = (layout.rows, 8 * layout.height);
-    for (j, packed) in packed.chunks_exact(layout.stride).enumerate() {
-        let packed = &doubles(packed)[..whole];
-        match plain.get_mut(j * m..j * m + whole) {
-            // What runs over the end of a column is written anew with the next one.
-            Some(more) if m <= SHORT => copy_packs(packed, more),
-            _ => match plain.get_mut(j * m..(j + 1) * m) {
-                Some(column) => column.copy_from_slice(&packed[..m]),
-                None => return,
-            },
+    match (layout.rows, layout.height) {
+        (0, _) => {}
+        (m, 1) => unpack_short::<8>(m, layout.doubles(), doubles(packed), plain),
+        (m, 2) => unpack_short::<16>(m, layout.doubles(), doubles(packed), plain),
+        (m, 3) => unpack_short::<24>(m, layout.doubles(), doubles(packed), plain),
+        (m, _) => {
+            let columns = packed.chunks_exact(layout.stride);
+            for (packed, plain) in columns.zip(plain.chunks_exact_mut(m)) {
+                plain.copy_from_slice(&doubles(packed)[..m]);
+            }
         }
+    }
+}
+
+/// Columns of one to three packs, moved whole: what runs over the end of one is written anew with
+/// the next.
+#[inline]
+fn unpack_short<const W: usize>(m: usize, stride: usize, packed: &[f64], plain: &mut [f64]) {
+    let mut at = 0;
+    for column in packed.chunks_exact(stride) {
+        let Some(rest) = plain.get_mut(at..) else { return };
+        let column: &[f64; W] = column.first_chunk().expect("a column fills its packs");
+        if let Some(out) = rest.first_chunk_mut::<W>() {
+            *out = *column;
+        } else if rest.len() >= m {
+            rest[..m].copy_from_slice(&column[..m]);
+        }
+        at += m;
     }
 }
 

@@ -298,13 +298,9 @@ fn walk(
 ) -> Walked {
     let mut signals = watch::signals();
     let clock = Clock::steps(core.tau, steps);
-    let mut times = Vec::new();
-    let rows = out.len() / start.len();
-    times.try_reserve_exact(rows).map_err(|_| spim::Error::memory("times of the steps"))?;
-    times.resize(rows, 0.0);
     let mut method = trajectory_method(core, batch, &mut signals)?;
     let mut state = State::new(start, &*method)?;
-    let mut recorder = Recorder::new(&mut times, out, every, None);
+    let mut recorder = Recorder::new(&mut [], out, every, None);
     let mut check = |_: u64, _: f64| signals();
     let mut poll = Poll::new(&mut check);
     let outcome = propagate(&mut *method, &clock, 0, &mut state, &mut recorder, &mut [], &mut poll);

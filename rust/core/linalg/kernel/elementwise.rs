@@ -160,11 +160,17 @@ impl Body for Finite<'_> {
     #[inline(always)]
     fn run<V: Lanes>(self) -> bool {
         let zero = Pack::<V>::splat(0.0);
-        let mut sum = zero;
-        for x in packs::<V>(self.x) {
-            // 0 for every finite number, not a number for the others.
-            sum = x.mul_add(zero, sum);
+        // 0 for every finite number, not a number for the others; four sums, so that none waits.
+        let mut sums = [zero; 4];
+        let mut groups = packs::<V>(self.x).chunks_exact(4);
+        for group in &mut groups {
+            for i in 0..4 {
+                sums[i] = group[i].mul_add(zero, sums[i]);
+            }
         }
-        sum.sum() == 0.0
+        for x in groups.remainder() {
+            sums[0] = x.mul_add(zero, sums[0]);
+        }
+        ((sums[0] + sums[1]) + (sums[2] + sums[3])).sum() == 0.0
     }
 }
