@@ -1,7 +1,7 @@
 """Time of `spim.expm` through Python beside `scipy.linalg.expm`, both in one run.
 
-Random Hamiltonian matrices of norm 10, medians over interleaved repeats. Single-threaded BLAS is the
-fair peer (``OPENBLAS_NUM_THREADS=1``, which the script sets for itself)::
+Random Hamiltonian matrices of norm 10, medians over interleaved repeats. The fair peer is a BLAS of
+one thread (``OPENBLAS_NUM_THREADS=1``, which the script sets for itself)::
 
     python benches/python/expm_speed.py [--markdown] [--level avx2]
 """

@@ -123,12 +123,12 @@ pub fn multiply(
     c: &mut [Eight],
     watch: &mut Watch,
 ) -> Result<()> {
-    let panel = layout.packs(panel_columns(layout.rows));
-    if c.len() <= panel {
+    if layout.rows < LONG {
         let columns = c.len() / layout.stride;
         dispatch(Product { layout, columns, a, b, add, c });
         return Ok(());
     }
+    let panel = layout.packs(panel_columns(layout.rows));
     for (i, c) in c.chunks_mut(panel).enumerate() {
         watch()?;
         let (b, columns) = (&b[i * panel..], c.len() / layout.stride);
@@ -137,6 +137,9 @@ pub fn multiply(
     }
     Ok(())
 }
+
+/// Rows from which a product takes long enough to look outside in its midst.
+pub const LONG: usize = 256;
 
 /// Columns that are multiplied between two looks outside: a few milliseconds of work.
 pub fn panel_columns(rows: usize) -> usize {

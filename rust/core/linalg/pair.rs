@@ -1,6 +1,6 @@
 //! Matrices as unevaluated sums `hi + lo` of two matrices of doubles: 106 bits.
 
-use super::dense::{Watch, panel_columns};
+use super::dense::{LONG, Watch, panel_columns};
 use super::kernel::{
     Combinations, Depth, Eight, Layout, PairProduct, Slices, dispatch, slice_bits,
 };
@@ -115,8 +115,11 @@ impl<'a> PairEngine<'a> {
         }
         let a = [&*self.left[0], &*self.left[1], &*self.left[2]];
         let slices = self.right.each_ref().map(|slice| &**slice);
-        let panel = layout.packs(panel_columns(layout.rows));
         let whole = c.hi.len();
+        let panel = match layout.rows {
+            LONG.. => layout.packs(panel_columns(layout.rows)),
+            _ => whole,
+        };
         let mut from = 0;
         while from < whole {
             if from > 0 {

@@ -31,6 +31,18 @@ impl Body for Product<'_> {
 
     #[inline(always)]
     fn run<V: Lanes>(mut self) {
+        if self.columns == self.layout.rows && self.layout.height == 1 {
+            return match self.columns {
+                1 => self.square::<V, 1>(),
+                2 => self.square::<V, 2>(),
+                3 => self.square::<V, 3>(),
+                4 => self.square::<V, 4>(),
+                5 => self.square::<V, 5>(),
+                6 => self.square::<V, 6>(),
+                7 => self.square::<V, 7>(),
+                _ => self.square::<V, 8>(),
+            };
+        }
         let (height, _) = V::TILE;
         let mut row = 0;
         while row < self.layout.height {
@@ -44,6 +56,29 @@ impl Body for Product<'_> {
 }
 
 impl Product<'_> {
+    /// All of a product of matrices with eight rows or fewer, in straight lines.
+    #[inline(always)]
+    fn square<V: Lanes, const M: usize>(self) {
+        const FITS: &str = "M columns of one pack";
+        let a: &[Pack<V>; M] = packs(self.a).first_chunk().expect(FITS);
+        let b: &[Eight; M] = self.b.first_chunk().expect(FITS);
+        let c: &mut [Pack<V>; M] = packs_mut(self.c).first_chunk_mut().expect(FITS);
+        let mut sum = [Pack::<V>::splat(0.0); M];
+        for k in 0..M {
+            for j in 0..M {
+                sum[j] = a[k].mul_add(Pack::splat(b[j].0[k]), sum[j]);
+            }
+        }
+        if let Some((alpha, d)) = self.add {
+            let alpha = Pack::splat(alpha);
+            let d: &[Pack<V>; M] = packs(d).first_chunk().expect(FITS);
+            for j in 0..M {
+                sum[j] = alpha.mul_add(d[j], sum[j]);
+            }
+        }
+        *c = sum;
+    }
+
     /// `R` packs of rows, all columns.
     #[inline(always)]
     fn panel<V: Lanes, const R: usize>(&mut self, row: usize) -> usize {

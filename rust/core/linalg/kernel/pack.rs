@@ -34,8 +34,10 @@ pub trait Lanes: Copy + 'static {
     fn abs(self) -> Self;
     /// The power of two at or below the magnitude; 0 for 0 and for subnormal numbers.
     fn binade(self) -> Self;
-    /// The lanes.
-    fn lanes(self) -> [f64; 8];
+    /// `((x0 + x4) + (x2 + x6)) + ((x1 + x5) + (x3 + x7))`.
+    fn sum(self) -> f64;
+    /// The largest lane.
+    fn largest(self) -> f64;
     /// Runs another body at the same level, as a function call of its own.
     fn call<B: Body>(body: B) -> B::Output;
 }
@@ -87,26 +89,15 @@ impl<V: Lanes> Pack<V> {
     pub fn binade(self) -> Self {
         Pack(self.0.binade())
     }
-    /// The lanes.
-    #[inline(always)]
-    pub fn lanes(self) -> [f64; 8] {
-        self.0.lanes()
-    }
     /// The sum of the lanes, in a fixed order.
     #[inline(always)]
     pub fn sum(self) -> f64 {
-        let x = self.lanes();
-        ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]))
+        self.0.sum()
     }
     /// The largest lane.
     #[inline(always)]
     pub fn largest(self) -> f64 {
-        let x = self.lanes();
-        let larger = |a: f64, b: f64| if a > b { a } else { b };
-        larger(
-            larger(larger(x[0], x[4]), larger(x[2], x[6])),
-            larger(larger(x[1], x[5]), larger(x[3], x[7])),
-        )
+        self.0.largest()
     }
     /// The rounded sum and its error, exactly (Knuth).
     #[inline(always)]
@@ -200,8 +191,13 @@ impl Lanes for [f64; 8] {
         self.map(|x| f64::from_bits(x.to_bits() & EXPONENT))
     }
     #[inline(always)]
-    fn lanes(self) -> [f64; 8] {
-        self
+    fn sum(self) -> f64 {
+        let x = self;
+        ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]))
+    }
+    #[inline(always)]
+    fn largest(self) -> f64 {
+        self.into_iter().fold(f64::NEG_INFINITY, |a, b| if a > b { a } else { b })
     }
     #[inline(always)]
     fn call<B: Body>(body: B) -> B::Output {
@@ -270,6 +266,22 @@ mod x86 {
         masked _mm256_and_pd _mm512_and_pd
     }
 
+    impl Zmm {
+        #[inline(always)]
+        fn halves(self) -> [Ymm; 2] {
+            // SAFETY: a `Zmm` exists only below `avx512`, whose caller found AVX-512, hence AVX2.
+            unsafe {
+                [Ymm(_mm512_castpd512_pd256(self.0)), Ymm(_mm512_extractf64x4_pd::<1>(self.0))]
+            }
+        }
+    }
+
+    #[inline(always)]
+    unsafe fn high(four: __m256d) -> __m128d {
+        // SAFETY: the caller is below `avx2`.
+        unsafe { _mm256_extractf128_pd::<1>(four) }
+    }
+
     impl Lanes for [Ymm; 2] {
         const TILE: (usize, usize) = (1, 6);
         const PAIR_TILE: (usize, usize) = (1, 2);
@@ -319,9 +331,22 @@ mod x86 {
             [self[0].masked(mask[0]), self[1].masked(mask[1])]
         }
         #[inline(always)]
-        fn lanes(self) -> [f64; 8] {
-            // SAFETY: two vectors of four doubles are eight doubles.
-            unsafe { std::mem::transmute(self) }
+        fn sum(self) -> f64 {
+            let four = self[0].plus(self[1]);
+            // SAFETY: reached only below `avx2`.
+            unsafe {
+                let two = _mm_add_pd(_mm256_castpd256_pd128(four.0), high(four.0));
+                _mm_cvtsd_f64(_mm_add_sd(two, _mm_unpackhi_pd(two, two)))
+            }
+        }
+        #[inline(always)]
+        fn largest(self) -> f64 {
+            let four = self[0].larger(self[1]);
+            // SAFETY: reached only below `avx2`.
+            unsafe {
+                let two = _mm_max_pd(_mm256_castpd256_pd128(four.0), high(four.0));
+                _mm_cvtsd_f64(_mm_max_sd(two, _mm_unpackhi_pd(two, two)))
+            }
         }
         #[inline(always)]
         fn call<B: Body>(body: B) -> B::Output {
@@ -372,9 +397,12 @@ mod x86 {
             self.masked(Self::splat(f64::from_bits(EXPONENT)))
         }
         #[inline(always)]
-        fn lanes(self) -> [f64; 8] {
-            // SAFETY: a vector of eight doubles.
-            unsafe { std::mem::transmute(self) }
+        fn sum(self) -> f64 {
+            self.halves().sum()
+        }
+        #[inline(always)]
+        fn largest(self) -> f64 {
+            self.halves().largest()
         }
         #[inline(always)]
         fn call<B: Body>(body: B) -> B::Output {
