@@ -2,7 +2,7 @@
 
 use super::dense::{LONG, Watch, panel_columns};
 use super::kernel::{
-    Combinations, Depth, Eight, Layout, PairProduct, Slices, dispatch, slice_bits,
+    Combinations, Depth, Eight, Layout, PairProduct, Slices, SmallPairProduct, dispatch, slice_bits,
 };
 use crate::error::Result;
 
@@ -78,6 +78,17 @@ impl<'a> PairEngine<'a> {
         c: &mut PairMut,
         watch: &mut Watch,
     ) -> Result<()> {
+        let rows = self.layout.rows;
+        if self.depth == Depth::Two && rows <= 8 && b.hi.len() == self.layout.packs(rows) {
+            dispatch(SmallPairProduct {
+                rows,
+                a: [a.hi, a.lo],
+                b: [b.hi, b.lo],
+                add: add.map(|(alpha, d)| (alpha, [d.hi, d.lo])),
+                c: [&mut *c.hi, &mut *c.lo],
+            });
+            return Ok(());
+        }
         self.cut_left(a);
         self.multiply_cut(b, add, c, watch)
     }

@@ -18,7 +18,7 @@ pub use elementwise::{ColumnSums, Finite, Maxima, Scale, Sides, Sums};
 pub use gemm::Product;
 pub(crate) use pack::fused;
 pub use pack::{Lanes, Pack, packs, packs_mut};
-pub use pair::{Combinations, Depth, PairProduct, Slices, slice_bits};
+pub use pair::{Combinations, Depth, PairProduct, Slices, SmallPairProduct, slice_bits};
 pub use stepping::{CutPropagator, CutStates};
 
 /// Eight doubles, one cache line: the unit in which matrices and batches are stored.

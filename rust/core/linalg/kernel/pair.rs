@@ -250,6 +250,90 @@ impl<'a> PairProduct<'a> {
     }
 }
 
+/// [`PairProduct`] of square matrices of eight rows or fewer at [`Depth::Two`], factors cut on the
+/// way: the slices never leave the registers and the first cache lines.
+pub struct SmallPairProduct<'a> {
+    /// Rows and columns.
+    pub rows: usize,
+    /// Left factor: leading parts, remainders.
+    pub a: [&'a [Eight]; 2],
+    /// Right factor.
+    pub b: [&'a [Eight]; 2],
+    /// What is added: a factor, leading parts, remainders.
+    pub add: Option<(f64, [&'a [Eight]; 2])>,
+    /// The result: leading parts, remainders.
+    pub c: [&'a mut [Eight]; 2],
+}
+
+impl Body for SmallPairProduct<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Lanes>(self) {
+        match self.rows {
+            1 => self.square::<V, 1>(),
+            2 => self.square::<V, 2>(),
+            3 => self.square::<V, 3>(),
+            4 => self.square::<V, 4>(),
+            5 => self.square::<V, 5>(),
+            6 => self.square::<V, 6>(),
+            7 => self.square::<V, 7>(),
+            _ => self.square::<V, 8>(),
+        }
+    }
+}
+
+impl SmallPairProduct<'_> {
+    #[inline(always)]
+    fn square<V: Lanes, const M: usize>(self) {
+        let columns = |x: [&[Eight]; 2]| -> [[Eight; M]; 2] {
+            x.map(|x| *x.first_chunk().expect("M columns of one pack"))
+        };
+        let factor = Pack::<V>::splat(shift(slice_bits(M)));
+        let [a_hi, a_lo] = columns(self.a);
+        let (a_hi, a_lo) = (packs::<V>(&a_hi), packs::<V>(&a_lo));
+        let mut largest = Pack::<V>::splat(0.0);
+        for k in 0..M {
+            largest = a_hi[k].abs().max(largest);
+        }
+        let cut = largest.binade() * factor;
+        let [b_hi, b_lo] = columns(self.b);
+        let (mut b1, mut b2) = ([Eight::ZERO; M], [Eight::ZERO; M]);
+        for j in 0..M {
+            let (hi, lo) = (packs::<V>(&b_hi)[j], packs::<V>(&b_lo)[j]);
+            let cut = Pack::splat(hi.abs().largest()).binade() * factor;
+            let first = (hi + cut) - cut;
+            packs_mut::<V>(&mut b1)[j] = first;
+            packs_mut::<V>(&mut b2)[j] = (hi - first) + lo;
+        }
+        let zero = [Pack::<V>::splat(0.0); M];
+        let (mut first, mut second, mut third) = (zero, zero, zero);
+        for k in 0..M {
+            let a1 = (a_hi[k] + cut) - cut;
+            let a2 = (a_hi[k] - a1) + a_lo[k];
+            for j in 0..M {
+                first[j] = a1.mul_add(Pack::splat(b1[j].0[k]), first[j]);
+                second[j] = a1.mul_add(Pack::splat(b2[j].0[k]), second[j]);
+                third[j] = a2.mul_add(Pack::splat(b_hi[j].0[k]), third[j]);
+            }
+        }
+        let [hi, lo] = self.c;
+        for j in 0..M {
+            let (mut h, mut l) = first[j].two_sum(second[j]);
+            l = l + third[j];
+            if let Some((alpha, [d_hi, d_lo])) = self.add {
+                let alpha = Pack::splat(alpha);
+                let (s, e) = (alpha * packs::<V>(d_hi)[j]).two_sum(h);
+                h = s;
+                l = alpha.mul_add(packs::<V>(d_lo)[j], l + e);
+            }
+            let (h, l) = h.two_sum(l);
+            packs_mut::<V>(&mut *hi)[j] = h;
+            packs_mut::<V>(&mut *lo)[j] = l;
+        }
+    }
+}
+
 /// Several sums `outs[k] = sum of c[k][i] X[i]` of the same matrices of pairs in one pass;
 /// coefficients are pairs too.
 pub struct Combinations<'a, const N: usize, const K: usize> {
