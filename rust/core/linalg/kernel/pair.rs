@@ -286,21 +286,20 @@ impl Body for SmallPairProduct<'_> {
 impl SmallPairProduct<'_> {
     #[inline(always)]
     fn square<V: Lanes, const M: usize>(self) {
-        let columns = |x: [&[Eight]; 2]| -> [[Eight; M]; 2] {
-            x.map(|x| *x.first_chunk().expect("M columns of one pack"))
-        };
+        const FITS: &str = "M columns of one pack";
         let factor = Pack::<V>::splat(shift(slice_bits(M)));
-        let [a_hi, a_lo] = columns(self.a);
-        let (a_hi, a_lo) = (packs::<V>(&a_hi), packs::<V>(&a_lo));
+        let a_hi: &[Pack<V>; M] = packs(self.a[0]).first_chunk().expect(FITS);
+        let a_lo: &[Pack<V>; M] = packs(self.a[1]).first_chunk().expect(FITS);
         let mut largest = Pack::<V>::splat(0.0);
         for k in 0..M {
             largest = a_hi[k].abs().max(largest);
         }
         let cut = largest.binade() * factor;
-        let [b_hi, b_lo] = columns(self.b);
+        let b_hi: &[Eight; M] = self.b[0].first_chunk().expect(FITS);
+        let b_lo: &[Eight; M] = self.b[1].first_chunk().expect(FITS);
         let (mut b1, mut b2) = ([Eight::ZERO; M], [Eight::ZERO; M]);
         for j in 0..M {
-            let (hi, lo) = (packs::<V>(&b_hi)[j], packs::<V>(&b_lo)[j]);
+            let (hi, lo) = (packs::<V>(b_hi)[j], packs::<V>(b_lo)[j]);
             let cut = Pack::splat(hi.abs().largest()).binade() * factor;
             let first = (hi + cut) - cut;
             packs_mut::<V>(&mut b1)[j] = first;
@@ -317,19 +316,24 @@ impl SmallPairProduct<'_> {
                 third[j] = a2.mul_add(Pack::splat(b_hi[j].0[k]), third[j]);
             }
         }
-        let [hi, lo] = self.c;
         for j in 0..M {
-            let (mut h, mut l) = first[j].two_sum(second[j]);
-            l = l + third[j];
-            if let Some((alpha, [d_hi, d_lo])) = self.add {
-                let alpha = Pack::splat(alpha);
-                let (s, e) = (alpha * packs::<V>(d_hi)[j]).two_sum(h);
-                h = s;
-                l = alpha.mul_add(packs::<V>(d_lo)[j], l + e);
+            let (h, l) = first[j].two_sum(second[j]);
+            (first[j], second[j]) = (h, l + third[j]);
+        }
+        if let Some((alpha, [d_hi, d_lo])) = self.add {
+            let alpha = Pack::splat(alpha);
+            let d_hi: &[Pack<V>; M] = packs(d_hi).first_chunk().expect(FITS);
+            let d_lo: &[Pack<V>; M] = packs(d_lo).first_chunk().expect(FITS);
+            for j in 0..M {
+                let (s, e) = (alpha * d_hi[j]).two_sum(first[j]);
+                (first[j], second[j]) = (s, alpha.mul_add(d_lo[j], second[j] + e));
             }
-            let (h, l) = h.two_sum(l);
-            packs_mut::<V>(&mut *hi)[j] = h;
-            packs_mut::<V>(&mut *lo)[j] = l;
+        }
+        let [hi, lo] = self.c;
+        let hi: &mut [Pack<V>; M] = packs_mut(hi).first_chunk_mut().expect(FITS);
+        let lo: &mut [Pack<V>; M] = packs_mut(lo).first_chunk_mut().expect(FITS);
+        for j in 0..M {
+            (hi[j], lo[j]) = first[j].two_sum(second[j]);
         }
     }
 }
