@@ -354,34 +354,57 @@ impl<const N: usize, const K: usize> Body for Combinations<'_, N, K> {
 
     #[inline(always)]
     fn run<V: Lanes>(self) {
-        let len = self.outs[0].0.len();
-        let mut his: [&[Pack<V>]; N] = [&[]; N];
-        let mut los: [&[Pack<V>]; N] = [&[]; N];
-        for i in 0..N {
-            his[i] = &packs::<V>(self.x[i].0)[..len];
-            los[i] = &packs::<V>(self.x[i].1)[..len];
-        }
-        for at in 0..len {
-            for k in 0..K {
-                let mut sum = Pack::<V>::splat(0.0);
-                let mut rest = Pack::<V>::splat(0.0);
-                for i in 0..N {
-                    let [c_hi, c_lo] = self.c[k][i];
-                    if c_hi == 0.0 {
-                        continue;
-                    }
-                    let (c_hi, c_lo) = (Pack::splat(c_hi), Pack::splat(c_lo));
-                    let (x_hi, x_lo) = (his[i][at], los[i][at]);
-                    let (p, e) = c_hi.two_product(x_hi);
-                    let e = c_hi.mul_add(x_lo, c_lo.mul_add(x_hi, e));
-                    let (s, t) = sum.two_sum(p);
-                    sum = s;
-                    rest = rest + (t + e);
+        for (c, (hi, lo)) in self.c.iter().zip(self.outs) {
+            let mut terms = [([0.0; 2], (&[] as &[Eight], &[] as &[Eight])); N];
+            let mut count = 0;
+            for (c, x) in c.iter().zip(self.x) {
+                if c[0] != 0.0 {
+                    terms[count] = (*c, x);
+                    count += 1;
                 }
-                let (hi, lo) = sum.two_sum(rest);
-                packs_mut::<V>(self.outs[k].0)[at] = hi;
-                packs_mut::<V>(self.outs[k].1)[at] = lo;
+            }
+            match &terms[..count] {
+                [] => (hi.fill(Eight::ZERO), lo.fill(Eight::ZERO)).0,
+                [a] => combination::<V, 1>([*a], hi, lo),
+                [a, b] => combination::<V, 2>([*a, *b], hi, lo),
+                [a, b, c] => combination::<V, 3>([*a, *b, *c], hi, lo),
+                [a, b, c, d] => combination::<V, 4>([*a, *b, *c, *d], hi, lo),
+                [a, b, c, d, e] => combination::<V, 5>([*a, *b, *c, *d, *e], hi, lo),
+                more => unreachable!("{} terms; no scheme has more than five", more.len()),
             }
         }
+    }
+}
+
+type Term<'a> = ([f64; 2], (&'a [Eight], &'a [Eight]));
+
+/// One sum of exactly `N` terms.
+#[inline(always)]
+fn combination<V: Lanes, const N: usize>(terms: [Term; N], hi: &mut [Eight], lo: &mut [Eight]) {
+    let len = hi.len();
+    let (hi, lo) = (packs_mut::<V>(hi), &mut packs_mut::<V>(lo)[..len]);
+    let mut x_hi: [&[Pack<V>]; N] = [&[]; N];
+    let mut x_lo: [&[Pack<V>]; N] = [&[]; N];
+    for i in 0..N {
+        let (_, (hi, lo)) = terms[i];
+        x_hi[i] = &packs::<V>(hi)[..len];
+        x_lo[i] = &packs::<V>(lo)[..len];
+    }
+    for at in 0..len {
+        let mut sum = Pack::<V>::splat(0.0);
+        let mut rest = Pack::<V>::splat(0.0);
+        for i in 0..N {
+            let ([c_hi, c_lo], _) = terms[i];
+            let (c_hi, c_lo) = (Pack::splat(c_hi), Pack::splat(c_lo));
+            let (p, e) = c_hi.two_product(x_hi[i][at]);
+            let e = c_hi.mul_add(x_lo[i][at], c_lo.mul_add(x_hi[i][at], e));
+            if i == 0 {
+                (sum, rest) = (p, e);
+            } else {
+                let (s, t) = sum.two_sum(p);
+                (sum, rest) = (s, rest + (t + e));
+            }
+        }
+        (hi[at], lo[at]) = sum.two_sum(rest);
     }
 }
