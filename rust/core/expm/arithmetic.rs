@@ -29,6 +29,21 @@ pub struct Thresholds {
     pub sid21: f64,
 }
 
+impl Thresholds {
+    /// In doubles.
+    pub const DOUBLES: Thresholds = Thresholds {
+        taylor4: table::THETA_TAYLOR4,
+        taylor8: table::THETA_TAYLOR8,
+        sid15: table::THETA_SID15,
+        sid21: table::THETA_SID21,
+    };
+
+    /// In pairs, where only SID 21+ is of use.
+    pub const fn pairs(sid21: f64) -> Thresholds {
+        Thresholds { taylor4: 0.0, taylor8: 0.0, sid15: 0.0, sid21 }
+    }
+}
+
 /// Operations on matrices in slots. A result never shares a slot with what it is made of.
 pub trait Arithmetic {
     /// Where columns lie.
@@ -51,8 +66,6 @@ pub trait Arithmetic {
     }
     /// `X <- X + c I`.
     fn add_diagonal(&mut self, c: [f64; 2], x: Slot);
-    /// `X <- D^-1 B`; spoils no other slot but `spare`.
-    fn solve(&mut self, d: Slot, b: Slot, spare: Slot, x: Slot) -> Result<()>;
     /// Multiplies `times` times by `2^exponent`, exactly.
     fn scale(&mut self, x: Slot, exponent: i32, times: i32);
     /// 1-norms of `X` and of `I + X`.
@@ -61,6 +74,12 @@ pub trait Arithmetic {
     fn diagonal(&self, x: Slot, j: usize) -> f64;
     /// Exchanges two slots.
     fn swap(&mut self, x: Slot, y: Slot);
+}
+
+/// What ratios need besides.
+pub trait Division: Arithmetic {
+    /// `X <- D^-1 B`; spoils no other slot but `spare`.
+    fn solve(&mut self, d: Slot, b: Slot, spare: Slot, x: Slot) -> Result<()>;
 }
 
 /// Matrices of doubles.
@@ -89,12 +108,7 @@ impl Arithmetic for Doubles<'_, '_> {
     }
 
     fn thresholds(&self) -> Thresholds {
-        Thresholds {
-            taylor4: table::THETA_TAYLOR4,
-            taylor8: table::THETA_TAYLOR8,
-            sid15: table::THETA_SID15,
-            sid21: table::THETA_SID21,
-        }
+        Thresholds::DOUBLES
     }
 
     #[inline]
@@ -128,20 +142,6 @@ impl Arithmetic for Doubles<'_, '_> {
         }
     }
 
-    fn solve(&mut self, d: Slot, b: Slot, spare: Slot, x: Slot) -> Result<()> {
-        let lu = Lu::new(self.layout, self.slots[d], self.watch)?;
-        let out = std::mem::take(&mut self.slots[x]);
-        out.copy_from_slice(self.slots[b]);
-        lu.solve(out);
-        // A factorisation is believed when its residual is that of rounding.
-        let residual = std::mem::take(&mut self.slots[spare]);
-        let add = Some((-1.0, &*self.slots[b]));
-        let done = dense::multiply(self.layout, self.slots[d], out, add, residual, self.watch)
-            .and_then(|()| lu.check(residual, self.slots[d], out, self.slots[b]));
-        (self.slots[x], self.slots[spare]) = (out, residual);
-        done
-    }
-
     fn scale(&mut self, x: Slot, exponent: i32, times: i32) {
         dense::scale(self.slots[x], exponent, times);
     }
@@ -158,6 +158,22 @@ impl Arithmetic for Doubles<'_, '_> {
 
     fn swap(&mut self, x: Slot, y: Slot) {
         self.slots.swap(x, y);
+    }
+}
+
+impl Division for Doubles<'_, '_> {
+    fn solve(&mut self, d: Slot, b: Slot, spare: Slot, x: Slot) -> Result<()> {
+        let lu = Lu::new(self.layout, self.slots[d], self.watch)?;
+        let out = std::mem::take(&mut self.slots[x]);
+        out.copy_from_slice(self.slots[b]);
+        lu.solve(out);
+        // A factorisation is believed when its residual is that of rounding.
+        let residual = std::mem::take(&mut self.slots[spare]);
+        let add = Some((-1.0, &*self.slots[b]));
+        let done = dense::multiply(self.layout, self.slots[d], out, add, residual, self.watch)
+            .and_then(|()| lu.check(residual, self.slots[d], out, self.slots[b]));
+        (self.slots[x], self.slots[spare]) = (out, residual);
+        done
     }
 }
 
@@ -228,11 +244,10 @@ impl Arithmetic for Pairs<'_, '_> {
     }
 
     fn thresholds(&self) -> Thresholds {
-        let sid21 = match self.depth {
+        Thresholds::pairs(match self.depth {
             Depth::Two => table::THETA_SID21_PAIR,
             Depth::Three => table::THETA_SID21_DOUBLE_PAIR,
-        };
-        Thresholds { taylor4: 0.0, taylor8: 0.0, sid15: 0.0, sid21 }
+        })
     }
 
     #[inline]
@@ -270,6 +285,28 @@ impl Arithmetic for Pairs<'_, '_> {
         }
     }
 
+    fn scale(&mut self, x: Slot, exponent: i32, times: i32) {
+        dense::scale(self.hi[x], exponent, times);
+        dense::scale(self.lo[x], exponent, times);
+    }
+
+    #[inline]
+    fn norms(&self, x: Slot) -> [f64; 2] {
+        dense::norms(self.layout, self.hi[x])
+    }
+
+    #[inline]
+    fn diagonal(&self, x: Slot, j: usize) -> f64 {
+        doubles(self.hi[x])[j * (self.layout.doubles() + 1)]
+    }
+
+    fn swap(&mut self, x: Slot, y: Slot) {
+        self.hi.swap(x, y);
+        self.lo.swap(x, y);
+    }
+}
+
+impl Division for Pairs<'_, '_> {
     /// Refines a solution in doubles until its residual, taken in pairs, no longer moves it.
     fn solve(&mut self, d: Slot, b: Slot, spare: Slot, x: Slot) -> Result<()> {
         let lu = Lu::new(self.layout, self.hi[d], self.watch)?;
@@ -303,25 +340,5 @@ impl Arithmetic for Pairs<'_, '_> {
         self.put(spare, residual);
         done?;
         lu.check_refined(last, scale)
-    }
-
-    fn scale(&mut self, x: Slot, exponent: i32, times: i32) {
-        dense::scale(self.hi[x], exponent, times);
-        dense::scale(self.lo[x], exponent, times);
-    }
-
-    #[inline]
-    fn norms(&self, x: Slot) -> [f64; 2] {
-        dense::norms(self.layout, self.hi[x])
-    }
-
-    #[inline]
-    fn diagonal(&self, x: Slot, j: usize) -> f64 {
-        doubles(self.hi[x])[j * (self.layout.doubles() + 1)]
-    }
-
-    fn swap(&mut self, x: Slot, y: Slot) {
-        self.hi.swap(x, y);
-        self.lo.swap(x, y);
     }
 }

@@ -19,6 +19,7 @@ pub enum Form {
 /// the rounding bound of a squaring is the smaller one, the doubling changes over to `W <- W W`.
 ///
 /// `form` says what the slot holds at the start.
+#[inline(always)]
 pub fn double(
     x: &mut impl Arithmetic,
     t: Slot,
@@ -42,6 +43,7 @@ pub fn double(
 }
 
 /// Whether squaring `W` rounds less than doubling `T`.
+#[inline(always)]
 fn decays(x: &impl Arithmetic, t: Slot) -> Result<bool> {
     // The 1-norm of W can only be small enough (below 0.8) if its whole diagonal is.
     if (0..x.layout().rows).any(|j| x.diagonal(t, j) > -0.2) {

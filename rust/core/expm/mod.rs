@@ -9,18 +9,19 @@ mod lu;
 mod pade;
 mod propagator;
 mod sid;
+mod small;
 
 pub use blocks::Blocks;
 pub use doubling::Form;
 pub use pade::HIGHEST as HIGHEST_PADE;
 pub use propagator::{Correction, Propagator};
 
-use arithmetic::{Arithmetic, Doubles, Pairs, SLOTS};
+use arithmetic::{Arithmetic, Division, Doubles, Pairs, SLOTS};
 use doubling::overflow;
 
 use crate::error::{Error, Result};
 use crate::linalg::dense::{self, Watch};
-use crate::linalg::kernel::{Depth, Eight, Layout, doubles, doubles_mut};
+use crate::linalg::kernel::{Depth, Eight, Layout, dispatch, doubles, doubles_mut};
 
 /// How an exponential is formed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -126,7 +127,7 @@ impl Recipe {
         }
     }
 
-    fn run(self, x: &mut impl Arithmetic) -> Result<(Form, u32)> {
+    fn run(self, x: &mut impl Division) -> Result<(Form, u32)> {
         let fixed = self.doublings.unwrap_or(PAPER_DOUBLINGS);
         match self.scheme {
             Scheme::Exact | Scheme::Sid => sid::exponential(x, self.doublings),
@@ -153,13 +154,23 @@ pub fn exponentials(
 ) -> Result<f64> {
     let layout = Layout::new(rows);
     let packs = layout.packs(rows);
+    let size = rows * rows;
     let mut norm = 0.0;
     let pairs = recipe.in_pairs(rows);
+    if let (1..=small::LARGEST, Scheme::Exact | Scheme::Sid) = (rows, recipe.scheme) {
+        for (i, (a, out)) in stack.chunks_exact(size).zip(out.chunks_exact_mut(size)).enumerate() {
+            if i % 256 == 255 {
+                watch()?;
+            }
+            let found = small(layout, recipe, a, out, watch)?;
+            norm = if found > norm { found } else { norm };
+        }
+        return Ok(norm);
+    }
     let matrices =
         if pairs { Pairs::matrices(recipe.slots(), Depth::Three) } else { recipe.slots() };
     let memory = packs.checked_mul(matrices).ok_or_else(|| Error::memory("matrix too large"))?;
     dense::with_scratch(memory, |memory| {
-        let size = rows * rows;
         for (i, (a, out)) in stack.chunks_exact(size).zip(out.chunks_exact_mut(size)).enumerate() {
             if i > 0 && i % 64 == 0 {
                 watch()?;
@@ -173,6 +184,38 @@ pub fn exponentials(
         }
         Ok(norm)
     })
+}
+
+/// [`Scheme::Exact`] or [`Scheme::Sid`] of a matrix that fits into a few cache lines.
+fn small(
+    layout: Layout,
+    recipe: Recipe,
+    a: &[f64],
+    out: &mut [f64],
+    watch: &mut Watch,
+) -> Result<f64> {
+    let mut x = [Eight::ZERO; small::LARGEST];
+    let x = &mut x[..layout.rows];
+    dense::pack(layout, a, x);
+    let mut norm = dense::norms(layout, x)[0];
+    let found = norm;
+    let scales = balance::balance(layout, x);
+    if scales.is_some() {
+        norm = dense::norms(layout, x)[0];
+    }
+    let pairs = recipe.scheme == Scheme::Exact;
+    if pairs && depth_for(norm) == Depth::Three {
+        let memory = layout.packs(layout.rows) * Pairs::matrices(recipe.slots(), Depth::Three);
+        return dense::with_scratch(memory, |memory| {
+            in_pairs(layout, recipe, a, out, memory, watch)
+        });
+    }
+    dispatch(small::Small { pairs, doublings: recipe.doublings, x: &mut *x })?;
+    if let Some(scales) = scales {
+        balance::restore(layout, &scales, x);
+    }
+    dense::unpack(layout, x, out);
+    if dense::is_finite(out) { Ok(found) } else { Err(overflow()) }
 }
 
 fn in_doubles(

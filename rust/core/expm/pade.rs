@@ -3,7 +3,7 @@
 //! `r(X) = D(X)^-1 N(X)`. Diagonal approximants, `l = m`, are symplectic for a Hamiltonian `X`
 //! (Theorem 2 of the paper); off-diagonal ones are not.
 
-use super::arithmetic::{Arithmetic, Slot};
+use super::arithmetic::{Arithmetic, Division, Slot};
 use super::coefficients::PADE_THETA;
 use super::doubling::{Form, double};
 use crate::error::Result;
@@ -29,7 +29,7 @@ const NUMERATOR: Slot = 8;
 
 /// The increment by `[l/m]` at the small scale, `T = D^-1 (N - D)`, then doubling.
 pub fn small_scale(
-    x: &mut impl Arithmetic,
+    x: &mut impl Division,
     [l, m]: [usize; 2],
     doublings: Option<u32>,
 ) -> Result<(Form, u32)> {
@@ -64,7 +64,7 @@ pub fn small_scale(
 /// Eqs. (39), (44): increments of numerator and denominator doubled apart, one ratio at the end,
 /// `T = (I + Tb)^-1 (Ta - Tb)`.
 pub fn doubled_apart(
-    x: &mut impl Arithmetic,
+    x: &mut impl Division,
     [l, m]: [usize; 2],
     doublings: u32,
 ) -> Result<(Form, u32)> {

@@ -3,6 +3,8 @@
 //! Sources: Sastre, Linear Algebra Appl. 539 (2018) for degree 8; Sastre, Ibáñez & Defez, Appl. Math.
 //! Comput. 340 (2019) for 15+ and 21+. The coefficients are derived anew in multiprecision by
 //! `tests/data/generate_coefficients.py`.
+//!
+//! Everything here is inlined, so that small matrices run it whole at one instruction set.
 
 use super::arithmetic::{Arithmetic, Slot};
 use super::coefficients::{SID15, SID21, TAYLOR8};
@@ -31,6 +33,7 @@ pub const SLOTS: usize = 8;
 ///
 /// The scheme and the number of doublings follow from norms of `A` and its powers, unless
 /// `doublings` fixes their number.
+#[inline(always)]
 pub fn exponential(x: &mut impl Arithmetic, doublings: Option<u32>) -> Result<(Form, u32)> {
     let theta = x.thresholds();
     if let Some(doublings) = doublings {
@@ -70,6 +73,7 @@ pub fn exponential(x: &mut impl Arithmetic, doublings: Option<u32>) -> Result<(F
 
 /// The least `s` with `alpha <= theta 2^s`, `alpha = min(|A|, max(|A^2|^(1/2), |A^3|^(1/3)))`, which
 /// bounds all `|A^k|^(1/k)`, `k >= 2` (Al-Mohy & Higham, 2009); `None` where `alpha` is 0.
+#[inline(always)]
 fn halvings([one, two, three]: [f64; 3], theta: f64) -> Option<i32> {
     let exponent = |norm: f64| (norm >= f64::MIN_POSITIVE).then(|| exponent_above(norm));
     let ceiling = |x: i32, n: i32| -(-x).div_euclid(n);
@@ -80,6 +84,7 @@ fn halvings([one, two, three]: [f64; 3], theta: f64) -> Option<i32> {
     two.max(three).map(|powers| powers.min(one))
 }
 
+#[inline(always)]
 fn taylor4(x: &mut impl Arithmetic) -> Result<()> {
     const SIXTH: [f64; 2] = [1.0 / 6.0, 9.25185853854297e-18];
     const TWENTY_FOURTH: [f64; 2] = [1.0 / 24.0, 2.3129646346357427e-18];
@@ -88,6 +93,7 @@ fn taylor4(x: &mut impl Arithmetic) -> Result<()> {
     x.multiply(A2, RIGHT, Some((1.0, LEFT)), T)
 }
 
+#[inline(always)]
 fn taylor8(x: &mut impl Arithmetic) -> Result<()> {
     let [c1, c2, c3, c4, c5, c6] = TAYLOR8;
     x.sum([(c1, A2), (c2, A)], RIGHT);
@@ -98,6 +104,7 @@ fn taylor8(x: &mut impl Arithmetic) -> Result<()> {
     x.multiply(LEFT, RIGHT, Some((1.0, Y1)), T)
 }
 
+#[inline(always)]
 fn sid15(x: &mut impl Arithmetic) -> Result<()> {
     let [c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12, c13, c14] = SID15;
     x.sum([(c1, A2), (c2, A)], RIGHT);
@@ -112,6 +119,7 @@ fn sid15(x: &mut impl Arithmetic) -> Result<()> {
     x.multiply(LEFT, RIGHT, Some((1.0, A3)), T)
 }
 
+#[inline(always)]
 fn sid21(x: &mut impl Arithmetic) -> Result<()> {
     let [
         c1,

@@ -56,26 +56,16 @@ impl Body for Product<'_> {
 }
 
 impl Product<'_> {
-    /// All of a product of matrices with eight rows or fewer, in straight lines.
     #[inline(always)]
     fn square<V: Lanes, const M: usize>(self) {
         const FITS: &str = "M columns of one pack";
-        let a: &[Pack<V>; M] = packs(self.a).first_chunk().expect(FITS);
-        let b: &[Eight; M] = self.b.first_chunk().expect(FITS);
+        let add = self.add.map(|(alpha, d)| (alpha, d.first_chunk().expect(FITS)));
+        let sum = small_product::<V, M>(
+            self.a.first_chunk().expect(FITS),
+            self.b.first_chunk().expect(FITS),
+            add,
+        );
         let c: &mut [Pack<V>; M] = packs_mut(self.c).first_chunk_mut().expect(FITS);
-        let mut sum = [Pack::<V>::splat(0.0); M];
-        for k in 0..M {
-            for j in 0..M {
-                sum[j] = a[k].mul_add(Pack::splat(b[j].0[k]), sum[j]);
-            }
-        }
-        if let Some((alpha, d)) = self.add {
-            let alpha = Pack::splat(alpha);
-            let d: &[Pack<V>; M] = packs(d).first_chunk().expect(FITS);
-            for j in 0..M {
-                sum[j] = alpha.mul_add(d[j], sum[j]);
-            }
-        }
         *c = sum;
     }
 
@@ -133,4 +123,27 @@ impl Product<'_> {
         }
         N
     }
+}
+
+/// A product of matrices with eight rows or fewer, in straight lines.
+#[inline(always)]
+pub fn small_product<V: Lanes, const M: usize>(
+    a: &[Eight; M],
+    b: &[Eight; M],
+    add: Option<(f64, &[Eight; M])>,
+) -> [Pack<V>; M] {
+    let a = packs::<V>(a);
+    let mut sum = [Pack::<V>::splat(0.0); M];
+    for k in 0..M {
+        for j in 0..M {
+            sum[j] = a[k].mul_add(Pack::splat(b[j].0[k]), sum[j]);
+        }
+    }
+    if let Some((alpha, d)) = add {
+        let (alpha, d) = (Pack::splat(alpha), packs::<V>(d));
+        for j in 0..M {
+            sum[j] = alpha.mul_add(d[j], sum[j]);
+        }
+    }
+    sum
 }

@@ -15,10 +15,12 @@ mod stepping;
 use std::sync::atomic::{AtomicU8, Ordering};
 
 pub use elementwise::{ColumnSums, Finite, Maxima, Scale, Sides, Sums};
-pub use gemm::Product;
+pub use gemm::{Product, small_product};
 pub(crate) use pack::fused;
 pub use pack::{Lanes, Pack, packs, packs_mut};
-pub use pair::{Combinations, Depth, PairProduct, Slices, SmallPairProduct, slice_bits};
+pub use pair::{
+    Combinations, Depth, PairProduct, Slices, SmallPairProduct, slice_bits, small_combination,
+};
 pub use stepping::{CutPropagator, CutStates};
 
 /// Eight doubles, one cache line: the unit in which matrices and batches are stored.

@@ -378,7 +378,7 @@ impl<const N: usize, const K: usize> Body for Combinations<'_, N, K> {
 
 type Term<'a> = ([f64; 2], (&'a [Eight], &'a [Eight]));
 
-/// One sum of exactly `N` terms.
+/// One sum of exactly `N` terms: coefficients as pairs, matrices of pairs.
 #[inline(always)]
 fn combination<V: Lanes, const N: usize>(terms: [Term; N], hi: &mut [Eight], lo: &mut [Eight]) {
     let len = hi.len();
@@ -391,20 +391,32 @@ fn combination<V: Lanes, const N: usize>(terms: [Term; N], hi: &mut [Eight], lo:
         x_lo[i] = &packs::<V>(lo)[..len];
     }
     for at in 0..len {
-        let mut sum = Pack::<V>::splat(0.0);
-        let mut rest = Pack::<V>::splat(0.0);
+        let mut terms_at = [([0.0; 2], [Pack::<V>::splat(0.0); 2]); N];
         for i in 0..N {
-            let ([c_hi, c_lo], _) = terms[i];
-            let (c_hi, c_lo) = (Pack::splat(c_hi), Pack::splat(c_lo));
-            let (p, e) = c_hi.two_product(x_hi[i][at]);
-            let e = c_hi.mul_add(x_lo[i][at], c_lo.mul_add(x_hi[i][at], e));
-            if i == 0 {
-                (sum, rest) = (p, e);
-            } else {
-                let (s, t) = sum.two_sum(p);
-                (sum, rest) = (s, rest + (t + e));
-            }
+            terms_at[i] = (terms[i].0, [x_hi[i][at], x_lo[i][at]]);
         }
-        (hi[at], lo[at]) = sum.two_sum(rest);
+        [hi[at], lo[at]] = small_combination::<V, false, N>(&terms_at);
     }
+}
+
+/// `sum of c x` of pairs; with `SPARSE`, terms with coefficient 0 are left out.
+#[inline(always)]
+pub fn small_combination<V: Lanes, const SPARSE: bool, const N: usize>(
+    terms: &[([f64; 2], [Pack<V>; 2]); N],
+) -> [Pack<V>; 2] {
+    let mut sum = Pack::<V>::splat(0.0);
+    let mut rest = Pack::<V>::splat(0.0);
+    for i in 0..N {
+        let ([c_hi, c_lo], [x_hi, x_lo]) = terms[i];
+        if SPARSE && c_hi == 0.0 {
+            continue;
+        }
+        let (c_hi, c_lo) = (Pack::splat(c_hi), Pack::splat(c_lo));
+        let (p, e) = c_hi.two_product(x_hi);
+        let e = c_hi.mul_add(x_lo, c_lo.mul_add(x_hi, e));
+        let (s, t) = sum.two_sum(p);
+        (sum, rest) = (s, rest + (t + e));
+    }
+    let (hi, lo) = sum.two_sum(rest);
+    [hi, lo]
 }
