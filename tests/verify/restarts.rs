@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use spim::method::{METHODS, Options, State, Value, build};
+use spim::method::{METHODS, MethodInfo, Options, State, Value, build};
 use spim::propagate::Clock;
 use spim::system::{Linear, Problem};
 
@@ -17,16 +17,46 @@ fn problem() -> Problem {
     Problem::Linear(Arc::new(Linear::new(4, A.to_vec()).unwrap()))
 }
 
+/// A method at its defaults and, where it has the option, with exact correction.
+fn choices(info: &MethodInfo) -> Vec<Options> {
+    let exact = Options(vec![("correction".into(), Value::Text("exact".into()))]);
+    match info.options.iter().any(|option| option.name == "correction") {
+        true => vec![Options::default(), exact],
+        false => vec![Options::default()],
+    }
+}
+
+#[test]
+fn a_step_that_fails_leaves_the_state_as_it_was() {
+    // Growth by e^5 a step: beyond the largest double amid a block, after 142 steps; by e^11.1: with
+    // step 64, the first of a block.
+    for (info, rate) in METHODS.iter().flat_map(|info| [(info, 5.0), (info, 11.1)]) {
+        let a = vec![rate, 0.0, 0.0, 0.9 * rate];
+        let problem = Problem::Linear(Arc::new(Linear::new(2, a).unwrap()));
+        for options in choices(info) {
+            let mut method = build(info, &problem, 1.0, &options, &mut || Ok(())).unwrap();
+            let mut state = State::new(&[1.0, 1.0], &*method).unwrap();
+            let mut k = 0;
+            let before = loop {
+                let before = state.clone();
+                if method.step(k, k as f64, &mut state).is_err() {
+                    break before;
+                }
+                k += 1;
+                assert!(k < 1000, "{}: no end of growth", info.name);
+            };
+            assert!(k > 40, "{}: failed at step {k}", info.name);
+            assert_eq!(state, before, "{} at step {k}", info.name);
+            assert!(method.step(k, k as f64, &mut state).is_err(), "{}: not again", info.name);
+        }
+    }
+}
+
 #[test]
 fn a_restart_anywhere_gives_the_same_bits() {
     let clock = Clock::steps(0.05, 200);
     for info in METHODS {
-        let exact = Options(vec![("correction".into(), Value::Text("exact".into()))]);
-        let choices = match info.options.iter().any(|option| option.name == "correction") {
-            true => vec![Options::default(), exact],
-            false => vec![Options::default()],
-        };
-        for options in choices {
+        for options in choices(info) {
             let make = || build(info, &problem(), clock.h, &options, &mut || Ok(())).unwrap();
             let mut whole = make();
             let mut state = State::new(&[1.0, 0.0, 0.0, 2.0], &*whole).unwrap();

@@ -11,7 +11,7 @@
 use std::sync::Arc;
 
 use super::doubling::Form;
-use super::propagator::{Correction, Propagator, state_overflow};
+use super::propagator::{Correction, Power, Propagator, state_overflow};
 use crate::error::Result;
 use crate::linalg::dense::{self, Watch, exponent_above, power_of_two};
 use crate::linalg::kernel::{
@@ -32,24 +32,11 @@ const WIDEST: f64 = 1e270;
 pub struct Blocks {
     propagator: Arc<Propagator>,
     batch: usize,
-    width: usize,
-    /// The block being made: states, and remainders where they are kept.
+    powers: usize,
+    /// The block being made.
     next: Vec<Eight>,
-    next_e: Vec<Eight>,
-    /// Propagators cut for the bounds of the moment, one a power.
-    cuts: Vec<Cut>,
-    z1: Vec<Eight>,
-    z2: Vec<Eight>,
-    bounds: Vec<Eight>,
-    maxima: Vec<Eight>,
-    grain: f64,
-}
-
-#[derive(Default)]
-struct Cut {
-    bounds: Vec<Eight>,
-    t1: Vec<Eight>,
-    t2: Vec<Eight>,
+    /// What [`Correction::Exact`] needs besides.
+    exact: Option<Exact>,
 }
 
 impl Blocks {
@@ -60,41 +47,25 @@ impl Blocks {
     pub fn new(propagator: Arc<Propagator>, batch: usize, watch: &mut Watch) -> Result<Blocks> {
         let layout = propagator.layout();
         let powers = propagator.powers(watch)?.len();
-        let width = 1 << (powers - 1);
-        let packs = layout.packs(width).saturating_mul(batch);
-        let exact = propagator.correction == Correction::Exact;
-        let remainder = if exact { packs } else { 0 };
-        Ok(Blocks {
-            batch,
-            width,
-            next: dense::zeros(packs)?,
-            next_e: dense::zeros(remainder)?,
-            cuts: (0..powers).map(|_| Cut::default()).collect(),
-            z1: dense::zeros(remainder)?,
-            z2: dense::zeros(remainder)?,
-            bounds: vec![Eight::ZERO; layout.stride],
-            maxima: vec![Eight::ZERO; layout.stride],
-            grain: power_of_two(-slice_bits(layout.rows)),
-            propagator,
-        })
+        let packs = layout.packs(1 << (powers - 1)).saturating_mul(batch);
+        let exact = match propagator.correction {
+            Correction::Exact => Some(Exact::new(layout, powers, packs)?),
+            _ => None,
+        };
+        Ok(Blocks { batch, powers, next: dense::zeros(packs)?, exact, propagator })
     }
 
     /// Steps in a block.
     pub fn width(&self) -> usize {
-        self.width
+        1 << (self.powers - 1)
     }
 
     /// Packs of memory that carry a run from block to block: the states of the block, and with
     /// [`Correction::Exact`] their remainders, the bounds of the components, and the largest
     /// magnitudes since the bounds were last reviewed.
     pub fn carried_len(&self) -> usize {
-        self.next.len()
-            + self.next_e.len()
-            + if self.exact() { 2 * self.layout().stride } else { 0 }
-    }
-
-    fn exact(&self) -> bool {
-        self.propagator.correction == Correction::Exact
+        let exact = self.exact.as_ref().map(|exact| exact.carried().map(<[Eight]>::len));
+        self.next.len() + exact.map_or(0, |lengths| lengths.iter().sum())
     }
 
     fn layout(&self) -> Layout {
@@ -107,32 +78,23 @@ impl Blocks {
     }
 
     /// Makes the first block from the states `z`, one trajectory after the other.
+    ///
+    /// # Errors
+    /// [`Error::Overflow`](crate::Error::Overflow); what is carried is then as it was.
     pub fn start(&mut self, z: &[f64], carried: &mut [Eight]) -> Result<()> {
-        let one = self.step_packs();
+        let mut done = self.step_packs();
         self.next.fill(Eight::ZERO);
-        self.next_e.fill(Eight::ZERO);
-        self.bounds.fill(Eight::ZERO);
-        self.maxima.fill(Eight::ZERO);
-        dense::pack(self.layout(), z, &mut self.next[..one]);
-        let mut done = one;
-        for power in 0..self.cuts.len() - 1 {
+        dense::pack(self.layout(), z, &mut self.next[..done]);
+        if let Some(exact) = &mut self.exact {
+            exact.clear();
+        }
+        for number in 0..self.powers - 1 {
+            let power = self.propagator.power(number);
             let (from, to) = self.next.split_at_mut(done);
             let (from, to) = (&*from, &mut to[..done]);
-            if self.next_e.is_empty() {
-                plain(&self.propagator, power, from, to);
-            } else {
-                let (from_e, to_e) = self.next_e.split_at_mut(done);
-                let states = States { from, from_e, to, to_e: &mut to_e[..done] };
-                bound(self.propagator.layout(), from, &mut self.bounds, &mut self.maxima)?;
-                exact(
-                    &self.propagator,
-                    power,
-                    &mut self.cuts[power],
-                    &self.bounds,
-                    self.grain,
-                    states,
-                    (&mut self.z1, &mut self.z2),
-                );
+            match &mut self.exact {
+                None => plain(self.propagator.layout(), power, from, to),
+                Some(exact) => exact.double(number, power, from, to)?,
             }
             done *= 2;
         }
@@ -141,46 +103,30 @@ impl Blocks {
     }
 
     /// Makes block number `block` (1, 2, …) from the one before it.
+    ///
+    /// # Errors
+    /// [`Error::Overflow`](crate::Error::Overflow) where its first state is not finite; what is
+    /// carried is then as it was.
     pub fn advance(&mut self, block: u64, carried: &mut [Eight]) -> Result<()> {
-        let power = self.cuts.len() - 1;
-        let (from, rest) = carried.split_at_mut(self.next.len());
-        if self.next_e.is_empty() {
-            plain(&self.propagator, power, from, &mut self.next);
-        } else {
-            let layout = self.propagator.layout();
-            let (from_e, rest) = rest.split_at_mut(self.next_e.len());
-            let (bounds, maxima) = rest.split_at_mut(layout.stride);
-            self.bounds.copy_from_slice(bounds);
-            self.maxima.copy_from_slice(maxima);
-            if block.is_multiple_of(REVIEW) {
-                review(layout, &mut self.bounds, &mut self.maxima);
-            }
-            bound(layout, from, &mut self.bounds, &mut self.maxima)?;
-            let states = States { from, from_e, to: &mut self.next, to_e: &mut self.next_e };
-            exact(
-                &self.propagator,
-                power,
-                &mut self.cuts[power],
-                &self.bounds,
-                self.grain,
-                states,
-                (&mut self.z1, &mut self.z2),
-            );
+        let number = self.powers - 1;
+        let power = self.propagator.power(number);
+        let (from, rest) = carried.split_at(self.next.len());
+        match &mut self.exact {
+            None => plain(self.propagator.layout(), power, from, &mut self.next),
+            Some(exact) => exact.advance(block, number, power, from, rest, &mut self.next)?,
+        }
+        // A later state that is not finite is found when it is read; the block up to it is good.
+        if !dense::is_finite(doubles(&self.next[..self.step_packs()])) {
+            return Err(state_overflow());
         }
         self.store(carried);
         Ok(())
     }
 
     fn store(&self, carried: &mut [Eight]) {
-        let mut rest = carried;
-        let exact = self.exact();
-        let parts = [
-            (&self.next, true),
-            (&self.next_e, exact),
-            (&self.bounds, exact),
-            (&self.maxima, exact),
-        ];
-        for (part, _) in parts.into_iter().filter(|(_, kept)| *kept) {
+        let (states, mut rest) = carried.split_at_mut(self.next.len());
+        states.copy_from_slice(&self.next);
+        for part in self.exact.iter().flat_map(Exact::carried) {
             let (here, next) = rest.split_at_mut(part.len());
             here.copy_from_slice(part);
             rest = next;
@@ -219,54 +165,129 @@ impl Blocks {
     }
 }
 
-struct States<'a> {
-    from: &'a [Eight],
-    from_e: &'a [Eight],
-    to: &'a mut [Eight],
-    to_e: &'a mut [Eight],
-}
-
-fn plain(propagator: &Propagator, power: usize, from: &[Eight], to: &mut [Eight]) {
-    let layout = propagator.layout();
-    let power = propagator.power(power);
+fn plain(layout: Layout, power: &Power, from: &[Eight], to: &mut [Eight]) {
     let add = (power.form == Form::Increment).then_some((1.0, from));
     let columns = to.len() / layout.stride;
     dispatch(Product { layout, columns, a: &power.hi, b: from, add, c: to });
 }
 
-fn exact(
-    propagator: &Propagator,
-    power: usize,
-    cut: &mut Cut,
-    bounds: &[Eight],
+/// Remainders of states, the bounds of components, and propagators cut for them.
+struct Exact {
+    layout: Layout,
     grain: f64,
-    states: States,
-    (z1, z2): (&mut [Eight], &mut [Eight]),
-) {
-    let layout = propagator.layout();
-    let power = propagator.power(power);
-    if cut.bounds != bounds {
-        cut.t1.resize(power.hi.len(), Eight::ZERO);
-        cut.t2.resize(power.hi.len(), Eight::ZERO);
-        let (t1, t2) = (&mut cut.t1, &mut cut.t2);
-        dispatch(CutPropagator { layout, grain, bounds, hi: &power.hi, lo: &power.lo, t1, t2 });
-        cut.bounds = bounds.to_vec();
+    /// Remainders of the block being made.
+    e: Vec<Eight>,
+    bounds: Vec<Eight>,
+    maxima: Vec<Eight>,
+    /// Propagators cut for the bounds of the moment, one a power.
+    cuts: Vec<Cut>,
+    z1: Vec<Eight>,
+    z2: Vec<Eight>,
+}
+
+#[derive(Default)]
+struct Cut {
+    bounds: Vec<Eight>,
+    t1: Vec<Eight>,
+    t2: Vec<Eight>,
+}
+
+impl Exact {
+    fn new(layout: Layout, powers: usize, packs: usize) -> Result<Exact> {
+        Ok(Exact {
+            layout,
+            grain: power_of_two(-slice_bits(layout.rows)),
+            e: dense::zeros(packs)?,
+            bounds: vec![Eight::ZERO; layout.stride],
+            maxima: vec![Eight::ZERO; layout.stride],
+            cuts: (0..powers).map(|_| Cut::default()).collect(),
+            z1: dense::zeros(packs)?,
+            z2: dense::zeros(packs)?,
+        })
     }
-    let packs = states.from.len();
-    let (z1, z2) = (&mut z1[..packs], &mut z2[..packs]);
-    let (z, e) = (states.from, states.from_e);
-    dispatch(CutStates { layout, grain, bounds, z, e, z1: &mut *z1, z2: &mut *z2 });
-    dispatch(PairProduct {
-        layout,
-        columns: packs / layout.stride,
-        depth: Depth::Two,
-        a: [&cut.t1, &cut.t2, &[]],
-        b: [z1, z2, &[], &[]],
-        b_hi: z,
-        add: (power.form == Form::Increment).then_some((1.0, z, e)),
-        hi: states.to,
-        lo: states.to_e,
-    });
+
+    /// What is carried from block to block.
+    fn carried(&self) -> [&[Eight]; 3] {
+        [&self.e, &self.bounds, &self.maxima]
+    }
+
+    fn clear(&mut self) {
+        for part in [&mut self.e, &mut self.bounds, &mut self.maxima] {
+            part.fill(Eight::ZERO);
+        }
+    }
+
+    /// Makes the second half of a first block, `to`, from its first half.
+    fn double(
+        &mut self,
+        number: usize,
+        power: &Power,
+        from: &[Eight],
+        to: &mut [Eight],
+    ) -> Result<()> {
+        let mut all = std::mem::take(&mut self.e);
+        let (from_e, to_e) = all.split_at_mut(from.len());
+        let done = self.multiply(number, power, [from, from_e], [to, &mut to_e[..from.len()]]);
+        self.e = all;
+        done
+    }
+
+    /// Makes a block from the one before it and what was carried with that.
+    fn advance(
+        &mut self,
+        block: u64,
+        number: usize,
+        power: &Power,
+        from: &[Eight],
+        carried: &[Eight],
+        to: &mut [Eight],
+    ) -> Result<()> {
+        let (from_e, rest) = carried.split_at(self.e.len());
+        let (bounds, maxima) = rest.split_at(self.layout.stride);
+        self.bounds.copy_from_slice(bounds);
+        self.maxima.copy_from_slice(maxima);
+        if block.is_multiple_of(REVIEW) {
+            review(self.layout, &mut self.bounds, &mut self.maxima);
+        }
+        let mut to_e = std::mem::take(&mut self.e);
+        let done = self.multiply(number, power, [from, from_e], [to, &mut to_e]);
+        self.e = to_e;
+        done
+    }
+
+    /// States `z + e` times a power of the propagator.
+    fn multiply(
+        &mut self,
+        number: usize,
+        power: &Power,
+        [z, e]: [&[Eight]; 2],
+        [hi, lo]: [&mut [Eight]; 2],
+    ) -> Result<()> {
+        let (layout, grain) = (self.layout, self.grain);
+        bound(layout, z, &mut self.bounds, &mut self.maxima)?;
+        let (bounds, cut) = (&self.bounds, &mut self.cuts[number]);
+        if cut.bounds != *bounds {
+            cut.t1.resize(power.hi.len(), Eight::ZERO);
+            cut.t2.resize(power.hi.len(), Eight::ZERO);
+            let (t1, t2) = (&mut cut.t1, &mut cut.t2);
+            dispatch(CutPropagator { layout, grain, bounds, hi: &power.hi, lo: &power.lo, t1, t2 });
+            cut.bounds.clone_from(bounds);
+        }
+        let (z1, z2) = (&mut self.z1[..z.len()], &mut self.z2[..z.len()]);
+        dispatch(CutStates { layout, grain, bounds, z, e, z1: &mut *z1, z2: &mut *z2 });
+        dispatch(PairProduct {
+            layout,
+            columns: z.len() / layout.stride,
+            depth: Depth::Two,
+            a: [&cut.t1, &cut.t2, &[]],
+            b: [z1, z2, &[], &[]],
+            b_hi: z,
+            add: (power.form == Form::Increment).then_some((1.0, z, e)),
+            hi,
+            lo,
+        });
+        Ok(())
+    }
 }
 
 /// Widens the bounds of components that have outgrown them, and notes the largest magnitudes.

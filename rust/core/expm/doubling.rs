@@ -29,7 +29,7 @@ pub fn double(
 ) -> Result<Form> {
     for i in 0..doublings {
         if form == Form::Increment && decays(x, t)? {
-            x.add_diagonal([1.0, 0.0], t);
+            whole(x, t, form);
             form = Form::Whole;
         }
         let add = (form == Form::Increment).then_some((2.0, t));
@@ -40,6 +40,14 @@ pub fn double(
         }
     }
     Ok(form)
+}
+
+/// Makes the whole exponential of what a slot holds.
+#[inline(always)]
+pub fn whole(x: &mut impl Arithmetic, t: Slot, form: Form) {
+    if form == Form::Increment {
+        x.add_diagonal([1.0, 0.0], t);
+    }
 }
 
 /// Whether squaring `W` rounds less than doubling `T`.

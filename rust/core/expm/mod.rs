@@ -13,15 +13,15 @@ mod small;
 
 pub use blocks::Blocks;
 pub use doubling::Form;
-pub use pade::HIGHEST as HIGHEST_PADE;
 pub use propagator::{Correction, Propagator};
 
 use arithmetic::{Arithmetic, Division, Doubles, Pairs, SLOTS};
-use doubling::overflow;
+use doubling::{overflow, whole};
 
 use crate::error::{Error, Result};
 use crate::linalg::dense::{self, Watch};
 use crate::linalg::kernel::{Depth, Eight, Layout, dispatch, doubles, doubles_mut};
+use crate::linalg::twofold;
 
 /// How an exponential is formed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -152,33 +152,30 @@ pub fn exponentials(
     out: &mut [f64],
     watch: &mut Watch,
 ) -> Result<f64> {
-    let layout = Layout::new(rows);
-    let packs = layout.packs(rows);
-    let size = rows * rows;
-    let mut norm = 0.0;
-    let pairs = recipe.in_pairs(rows);
-    if let (1..=small::LARGEST, Scheme::Exact | Scheme::Sid) = (rows, recipe.scheme) {
-        for (i, (a, out)) in stack.chunks_exact(size).zip(out.chunks_exact_mut(size)).enumerate() {
-            if i % 256 == 255 {
-                watch()?;
-            }
-            let found = small(layout, recipe, a, out, watch)?;
-            norm = if found > norm { found } else { norm };
-        }
-        return Ok(norm);
+    if stack.is_empty() {
+        return Ok(0.0);
     }
-    let matrices =
-        if pairs { Pairs::matrices(recipe.slots(), Depth::Three) } else { recipe.slots() };
-    let memory = packs.checked_mul(matrices).ok_or_else(|| Error::memory("matrix too large"))?;
+    let layout = Layout::new(rows);
+    let size = rows * rows;
+    let pairs = recipe.in_pairs(rows);
+    let tiny = rows <= small::LARGEST && matches!(recipe.scheme, Scheme::Exact | Scheme::Sid);
+    let matrices = match (tiny, pairs) {
+        (true, _) => 0,
+        (_, true) => Pairs::matrices(recipe.slots(), Depth::Three),
+        (_, false) => recipe.slots(),
+    };
+    let memory = layout.packs(rows).checked_mul(matrices);
+    let memory = memory.ok_or_else(|| Error::memory("matrix too large"))?;
+    let mut norm = 0.0;
     dense::with_scratch(memory, |memory| {
         for (i, (a, out)) in stack.chunks_exact(size).zip(out.chunks_exact_mut(size)).enumerate() {
             if i > 0 && i % 64 == 0 {
                 watch()?;
             }
-            let found = if pairs {
-                in_pairs(layout, recipe, a, out, memory, watch)?
-            } else {
-                in_doubles(layout, recipe, a, out, memory, watch)?
+            let found = match (tiny, pairs) {
+                (true, _) => small(layout, recipe, a, out, watch)?,
+                (_, true) => in_pairs(layout, recipe, a, out, memory, watch)?,
+                (_, false) => in_doubles(layout, recipe, a, out, memory, watch)?,
             };
             norm = if found > norm { found } else { norm };
         }
@@ -197,25 +194,19 @@ fn small(
     let mut x = [Eight::ZERO; small::LARGEST];
     let x = &mut x[..layout.rows];
     dense::pack(layout, a, x);
-    let mut norm = dense::norms(layout, x)[0];
-    let found = norm;
+    let norm = dense::norms(layout, x)[0];
     let scales = balance::balance(layout, x);
-    if scales.is_some() {
-        norm = dense::norms(layout, x)[0];
-    }
+    let balanced = if scales.is_some() { dense::norms(layout, x)[0] } else { norm };
     let pairs = recipe.scheme == Scheme::Exact;
-    if pairs && depth_for(norm) == Depth::Three {
+    if pairs && depth_for(balanced) == Depth::Three {
         let memory = layout.packs(layout.rows) * Pairs::matrices(recipe.slots(), Depth::Three);
         return dense::with_scratch(memory, |memory| {
             in_pairs(layout, recipe, a, out, memory, watch)
         });
     }
     dispatch(small::Small { pairs, doublings: recipe.doublings, x: &mut *x })?;
-    if let Some(scales) = scales {
-        balance::restore(layout, &scales, x);
-    }
-    dense::unpack(layout, x, out);
-    if dense::is_finite(out) { Ok(found) } else { Err(overflow()) }
+    finish(layout, scales, x, out)?;
+    Ok(norm)
 }
 
 fn in_doubles(
@@ -231,15 +222,9 @@ fn in_doubles(
     let norm = x.norms(sid::A)[0];
     let scales = balance::balance(layout, x.matrix(sid::A));
     let (form, _) = recipe.run(&mut x)?;
-    if form == Form::Increment {
-        x.add_diagonal([1.0, 0.0], sid::T);
-    }
-    let w = x.matrix(sid::T);
-    if let Some(scales) = scales {
-        balance::restore(layout, &scales, w);
-    }
-    dense::unpack(layout, w, out);
-    if dense::is_finite(out) { Ok(norm) } else { Err(overflow()) }
+    whole(&mut x, sid::T, form);
+    finish(layout, scales, x.matrix(sid::T), out)?;
+    Ok(norm)
 }
 
 fn in_pairs(
@@ -250,9 +235,8 @@ fn in_pairs(
     memory: &mut [Eight],
     watch: &mut Watch,
 ) -> Result<f64> {
-    let packs = layout.packs(layout.rows);
-    // Formed in the last slot of the larger work space, moved to where either depth has it first.
-    let (first, _) = memory.split_at_mut(packs);
+    // The first matrix of the work space is the leading part of the first slot at either depth.
+    let (first, _) = memory.split_at_mut(layout.packs(layout.rows));
     dense::pack(layout, a, first);
     let norm = dense::norms(layout, first)[0];
     let scales = balance::balance(layout, first);
@@ -260,15 +244,23 @@ fn in_pairs(
     let mut x = Pairs::new(layout, recipe.slots(), depth, memory, watch);
     x.matrix(sid::A).lo.fill(Eight::ZERO);
     let (form, _) = recipe.run(&mut x)?;
-    if form == Form::Increment {
-        x.add_diagonal([1.0, 0.0], sid::T);
-    }
-    let w = x.matrix(sid::T).hi;
+    whole(&mut x, sid::T, form);
+    finish(layout, scales, x.matrix(sid::T).hi, out)?;
+    Ok(norm)
+}
+
+/// Undoes the balancing and copies an exponential out.
+fn finish(
+    layout: Layout,
+    scales: Option<Vec<i32>>,
+    w: &mut [Eight],
+    out: &mut [f64],
+) -> Result<()> {
     if let Some(scales) = scales {
         balance::restore(layout, &scales, w);
     }
     dense::unpack(layout, w, out);
-    if dense::is_finite(out) { Ok(norm) } else { Err(overflow()) }
+    if dense::is_finite(out) { Ok(()) } else { Err(overflow()) }
 }
 
 /// Two slices leave 78 bits, of which every doubling costs one; the result needs 53 and some.
@@ -312,7 +304,7 @@ pub fn exponential(
     // Balancing commutes with the product by tau but for overflow, which the final check finds.
     let scales = balance::balance(layout, &mut hi);
     for (hi, lo) in doubles_mut(&mut hi).iter_mut().zip(doubles_mut(&mut lo)) {
-        [*hi, *lo] = crate::linalg::twofold::two_product(tau, *hi);
+        [*hi, *lo] = twofold::two_product(tau, *hi);
     }
     if !dense::is_finite(doubles(&hi)) {
         return Err(Error::overflow(format!(

@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::linalg::dense::{self, Watch};
 use crate::linalg::kernel::{Depth, Eight, Layout, Product, dispatch, doubles, doubles_mut};
 use crate::linalg::pair::{Pair, PairEngine, PairMut};
-use crate::linalg::symplectic;
+use crate::linalg::{symplectic, twofold};
 
 /// What is done about the rounding of the stored exponential, which acts like a fixed perturbation
 /// of the system.
@@ -80,8 +80,10 @@ impl Propagator {
         let pairs = correction == Correction::Exact;
         let mut one = exponential(rows, recipe, a, tau, pairs, watch)?;
         transpose(layout, &mut one.hi);
-        transpose(layout, &mut one.lo);
-        if !pairs {
+        if pairs {
+            transpose(layout, &mut one.lo);
+        } else {
+            // What steps in doubles is the rounded increment.
             one.lo.fill(Eight::ZERO);
         }
         let polished = correction == Correction::Polish
@@ -133,7 +135,7 @@ impl Propagator {
             for (j, out) in row.iter_mut().enumerate() {
                 let entry = [hi[j * ld + i], lo[j * ld + i]];
                 *out = match i == j {
-                    true => crate::linalg::twofold::sum([shift, 0.0], entry)[0],
+                    true => twofold::sum([shift, 0.0], entry)[0],
                     false => entry[0],
                 };
             }
@@ -159,7 +161,7 @@ impl Propagator {
         for j in 0..self.rows() {
             let at = j * (self.layout().doubles() + 1);
             let (hi, lo) = (&mut doubles_mut(&mut hi)[at], &mut doubles_mut(&mut lo)[at]);
-            [*hi, *lo] = crate::linalg::twofold::sum([-1.0, 0.0], [*hi, *lo]);
+            [*hi, *lo] = twofold::sum([-1.0, 0.0], [*hi, *lo]);
         }
         symplectic::defect(self.layout(), Pair { hi: &hi, lo: &lo }, watch)
     }
@@ -232,7 +234,7 @@ impl Propagator {
         const SQUARE: usize = 0;
         let layout = self.layout();
         let packs = layout.packs(layout.rows);
-        let (mut hi, mut lo, form);
+        let (mut hi, lo, form);
         if self.correction == Correction::Exact {
             let mut memory = dense::zeros(packs * Pairs::matrices(2, Depth::Three))?;
             let mut x = Pairs::new(layout, 2, Depth::Three, &mut memory, watch);
@@ -260,7 +262,6 @@ impl Propagator {
                 symplectic::polish(layout, &mut hi, watch)?;
             }
         }
-        lo.shrink_to_fit();
         Ok(Power { form, hi, lo })
     }
 }

@@ -5,7 +5,7 @@
 
 use super::arithmetic::{Arithmetic, Slot, Thresholds};
 use super::coefficients as table;
-use super::doubling::Form;
+use super::doubling::whole;
 use super::sid;
 use crate::error::Result;
 use crate::linalg::dense::power_of_two;
@@ -57,16 +57,12 @@ impl<const M: usize> Body for Sized<'_, M> {
         if self.0.pairs {
             let mut x = SmallPairs::<V, M>::new(matrix);
             let (form, _) = sid::exponential(&mut x, self.0.doublings)?;
-            if form == Form::Increment {
-                x.add_diagonal([1.0, 0.0], sid::T);
-            }
+            whole(&mut x, sid::T, form);
             *matrix = x.hi[sid::T];
         } else {
             let mut x = SmallDoubles::<V, M>::new(matrix);
             let (form, _) = sid::exponential(&mut x, self.0.doublings)?;
-            if form == Form::Increment {
-                x.add_diagonal([1.0, 0.0], sid::T);
-            }
+            whole(&mut x, sid::T, form);
             *matrix = x.slots[sid::T];
         }
         Ok(())

@@ -192,14 +192,6 @@ pub fn exponent_above(x: f64) -> i32 {
     if bits & ((1 << 52) - 1) == 0 { floor } else { floor + 1 }
 }
 
-/// Adds the identity.
-pub fn add_identity(layout: Layout, x: &mut [Eight]) {
-    let x = doubles_mut(x);
-    for j in 0..layout.rows {
-        x[j * layout.doubles() + j] += 1.0;
-    }
-}
-
 /// Whether all entries are finite.
 pub fn is_finite(x: &[f64]) -> bool {
     // Without an early end, so that it vectorises.

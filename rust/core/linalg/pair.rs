@@ -30,15 +30,6 @@ impl PairMut<'_> {
     }
 }
 
-/// Cuts memory into `N` matrices of pairs of `packs` packs a part.
-pub fn pair_pieces<const N: usize>(memory: &mut [Eight], packs: usize) -> [PairMut<'_>; N] {
-    let mut rest = memory.chunks_exact_mut(packs);
-    std::array::from_fn(|_| {
-        let (hi, lo) = (rest.next(), rest.next());
-        PairMut { hi: hi.expect("2 N pieces"), lo: lo.expect("2 N pieces") }
-    })
-}
-
 /// Products of pairs of one size and depth, with the memory for their slices.
 pub struct PairEngine<'a> {
     layout: Layout,
@@ -89,41 +80,14 @@ impl<'a> PairEngine<'a> {
             });
             return Ok(());
         }
-        self.cut_left(a);
-        self.multiply_cut(b, add, c, watch)
-    }
-
-    /// Cuts a left factor that several products share.
-    pub fn cut_left(&mut self, a: Pair) {
-        let [one, two, three] = &mut self.left;
         let (layout, bits, depth) = (self.layout, self.bits, self.depth);
-        let out = [&mut **one, &mut **two, &mut **three, &mut []];
-        dispatch(Slices {
-            rows: true,
-            layout,
-            columns: layout.rows,
-            bits,
-            depth,
-            hi: a.hi,
-            lo: a.lo,
-            out,
-        });
-    }
-
-    /// The product with the left factor cut last.
-    pub fn multiply_cut(
-        &mut self,
-        b: Pair,
-        add: Option<(f64, Pair)>,
-        c: &mut PairMut,
-        watch: &mut Watch,
-    ) -> Result<()> {
-        let (layout, bits, depth) = (self.layout, self.bits, self.depth);
-        {
-            let out = self.right.each_mut().map(|slice| &mut **slice);
-            let columns = b.hi.len() / layout.stride;
-            dispatch(Slices { rows: false, layout, columns, bits, depth, hi: b.hi, lo: b.lo, out });
-        }
+        let columns = b.hi.len() / layout.stride;
+        let [one, two, three] = self.left.each_mut().map(|slice| &mut **slice);
+        let out = [one, two, three, &mut []];
+        let (hi, lo) = (a.hi, a.lo);
+        dispatch(Slices { rows: true, layout, columns: rows, bits, depth, hi, lo, out });
+        let out = self.right.each_mut().map(|slice| &mut **slice);
+        dispatch(Slices { rows: false, layout, columns, bits, depth, hi: b.hi, lo: b.lo, out });
         let a = [&*self.left[0], &*self.left[1], &*self.left[2]];
         let slices = self.right.each_ref().map(|slice| &**slice);
         let whole = c.hi.len();

@@ -21,12 +21,10 @@ impl LinearSteps {
     /// Makes the block that holds step `k` from what is carried; returns the step's place in it.
     fn prepare(&mut self, k: u64, state: &mut State, work: &mut Work) -> Result<usize> {
         let width = self.blocks.width() as u64;
-        if k == 1 || width == 1 {
+        if k == 1 {
             // Step 0 is where a run starts: its block is made from the state itself.
-            if k == 1 {
-                self.blocks.start(&state.z, &mut state.carried)?;
-                work.products += u64::from(width.ilog2());
-            }
+            self.blocks.start(&state.z, &mut state.carried)?;
+            work.products += u64::from(width.ilog2());
         }
         if k.is_multiple_of(width) {
             self.blocks.advance(k / width, &mut state.carried)?;
@@ -107,8 +105,8 @@ pub fn trajectory_method(
 
 const CORRECTION: OptionInfo = OptionInfo {
     name: "correction",
-    doc: "\"auto\" (\"none\" for pim), \"none\", \"polish\" or \"exact\": what is done about the rounding of the stored \
-          exponential; \"exact\" works in pairs of doubles and keeps the state correctly rounded",
+    doc: "\"auto\" (\"none\" for pim), \"none\", \"polish\" or \"exact\": what is done about the \
+          rounding of the stored exponential; \"exact\" works in pairs of doubles and keeps the state correctly rounded",
 };
 const DOUBLINGS: OptionInfo = OptionInfo {
     name: "doublings",

@@ -150,7 +150,7 @@ pub fn expm<'py>(
             let py = re.py();
             let (re, im) = (slice(&re), slice(&im));
             let embedded = embed(rows, re, im)?;
-            let mut whole = convert::numpy(py).and_then(|_| zeroed(embedded.len()))?;
+            let mut whole = zeroed(embedded.len())?;
             run(py, 2 * rows, recipe, &embedded, &mut whole)?;
             let (out_re, out_im) = (convert::empty(py, &shape)?, convert::empty(py, &shape)?);
             extract(rows, &whole, slice_mut(&out_re), slice_mut(&out_im));

@@ -56,6 +56,7 @@ impl Body for Product<'_> {
 }
 
 impl Product<'_> {
+    /// The whole of a square product of eight rows or fewer.
     #[inline(always)]
     fn square<V: Lanes, const M: usize>(self) {
         const FITS: &str = "M columns of one pack";

@@ -106,12 +106,6 @@ impl<V: Lanes> Pack<V> {
         let t = s - self;
         (s, (self - (s - t)) + (b - t))
     }
-    /// The same where `|self| >= |b|` (Dekker).
-    #[inline(always)]
-    pub fn fast_two_sum(self, b: Self) -> (Self, Self) {
-        let s = self + b;
-        (s, b - (s - self))
-    }
     /// The rounded product and its error, exactly.
     #[inline(always)]
     pub fn two_product(self, b: Self) -> (Self, Self) {
