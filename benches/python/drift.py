@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import scipy.linalg
+from _table import show
 
 import spim
 
@@ -58,11 +59,7 @@ def main():
         [name, *(f"{error[k <= d].max():.1e}" for d in decades), f"{seconds:.2f}"]
         for name, k, error, seconds in found
     ]
-    if options.markdown:
-        rows = [head, ["---"] * len(head), *rows]
-        print("\n".join(f"| {' | '.join(row)} |" for row in rows))
-    else:
-        print("\n".join("  ".join(cell.ljust(24) for cell in row) for row in [head, *rows]))
+    show(head, rows, options.markdown, width=24)
     draw(found, Path("out"))
 
 
@@ -78,7 +75,7 @@ def draw(found, folder):
         ax.loglog(k[1:], np.maximum.accumulate(error[1:]) + 1e-17, label=name)
     ax.set(xlabel="steps", ylabel="largest relative energy error so far")
     ax.set_title("three oscillators, tau = 1 s")
-    ax.legend()
+    figure.legend(loc="outside lower center", ncols=4)
     folder.mkdir(exist_ok=True)
     figure.savefig(folder / "drift.png", dpi=150)
 

@@ -14,6 +14,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 import scipy.linalg
+from _table import show
 
 import spim
 
@@ -71,12 +72,7 @@ def main():
     options = parser.parse_args()
     head = ["m", "SciPy, us", "sid, us (ratio)", "exact, us (ratio)"]
     print(f"us a matrix; kernels {spim.kernel_level(options.level)}, SciPy {scipy.__version__}\n")
-    table = [head, *rows()]
-    if options.markdown:
-        table.insert(1, ["---"] * len(head))
-        print("\n".join(f"| {' | '.join(row)} |" for row in table))
-    else:
-        print("\n".join("  ".join(cell.ljust(18) for cell in row) for row in table))
+    show(head, rows(), options.markdown)
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ import time
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
+from _table import show
 
 import spim
 
@@ -64,12 +65,7 @@ def main():
     options = parser.parse_args()
     head = ["m", "polish", "exact", "NumPy loop"]
     print(f"ns a stored step; kernels {spim.kernel_level()}\n")
-    table = [head, *rows()]
-    if options.markdown:
-        table.insert(1, ["---"] * len(head))
-        print("\n".join(f"| {' | '.join(row)} |" for row in table))
-    else:
-        print("\n".join("  ".join(cell.ljust(12) for cell in row) for row in table))
+    show(head, rows(), options.markdown, width=12)
 
 
 if __name__ == "__main__":
