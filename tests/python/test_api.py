@@ -160,6 +160,9 @@ def test_unusable_arguments_raise(oscillators):
         spim.Propagator([[1.0, 2.0], [3.0, 4.0]], 1.0, correction="polish")
     with pytest.raises(TypeError, match="did you mean 'correction'"):
         spim.integrate(oscillators, Z0, (0, 1), 0.1, corection="exact")
+    with pytest.raises(ValueError, match="unknown method 'exact'"):
+        # Above 32 states "auto" is not exact, so it does not go by that name.
+        spim.integrate(oscillators, Z0, (0, 1), 0.1, method="exact")
     with pytest.raises(ValueError, match="did you mean 'spim'"):
         spim.integrate(oscillators, Z0, (0, 1), 0.1, method="spin")
     for step in (0.0, -0.1, np.nan):

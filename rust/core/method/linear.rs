@@ -123,7 +123,7 @@ const REFERENCE: &str = "Huang, Deng & Yao, J. Sound Vib. 299 (2007)";
 
 pub(super) const AUTO: MethodInfo = MethodInfo {
     name: "auto",
-    aliases: &["exact"],
+    aliases: &[],
     summary: "the exponential right to the last bit (32 states or fewer) or SID 21+",
     order: None,
     symplectic: true,
