@@ -3,4 +3,5 @@
 mod exponentials;
 mod labels;
 mod levels;
+mod properties;
 mod restarts;

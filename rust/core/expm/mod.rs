@@ -167,7 +167,7 @@ pub fn exponentials(
     let memory = layout.packs(rows).checked_mul(matrices);
     let memory = memory.ok_or_else(|| Error::memory("matrix too large"))?;
     let mut norm = 0.0;
-    dense::with_scratch(memory, |memory| {
+    dense::with_scratch(memory, watch, |memory, watch| {
         for (i, (a, out)) in stack.chunks_exact(size).zip(out.chunks_exact_mut(size)).enumerate() {
             if i > 0 && i % 64 == 0 {
                 watch()?;
@@ -200,7 +200,7 @@ fn small(
     let pairs = recipe.scheme == Scheme::Exact;
     if pairs && depth_for(balanced) == Depth::Three {
         let memory = layout.packs(layout.rows) * Pairs::matrices(recipe.slots(), Depth::Three);
-        return dense::with_scratch(memory, |memory| {
+        return dense::with_scratch(memory, watch, |memory, watch| {
             in_pairs(layout, recipe, a, out, memory, watch)
         });
     }
@@ -315,7 +315,8 @@ pub fn exponential(
     let (form, doublings);
     if pairs || recipe.in_pairs(rows) {
         let depth = if pairs { Depth::Three } else { depth_for(norm) };
-        let mut memory = dense::zeros(packs * Pairs::matrices(recipe.slots(), depth))?;
+        let matrices = Pairs::matrices(recipe.slots(), depth);
+        let mut memory = dense::work_space(packs * matrices, watch)?;
         let mut x = Pairs::new(layout, recipe.slots(), depth, &mut memory, watch);
         let matrix = x.matrix(sid::A);
         matrix.hi.copy_from_slice(&hi);
@@ -325,7 +326,7 @@ pub fn exponential(
         hi.copy_from_slice(t.hi);
         lo.copy_from_slice(t.lo);
     } else {
-        let mut memory = dense::zeros(packs * recipe.slots())?;
+        let mut memory = dense::work_space(packs * recipe.slots(), watch)?;
         let mut x = Doubles::new(layout, &mut memory, watch);
         x.matrix(sid::A).copy_from_slice(&hi);
         (form, doublings) = recipe.run(&mut x)?;

@@ -178,7 +178,7 @@ impl Propagator {
             Correction::Exact => 4 * columns + PairEngine::pieces(Depth::Three) * self.one.hi.len(),
             _ => 2 * columns,
         };
-        dense::with_scratch(matrices, |memory| {
+        dense::with_scratch(matrices, &mut || Ok(()), |memory, watch| {
             let (states, rest) = memory.split_at_mut(2 * columns);
             let [state, next] = dense::pieces(states, columns);
             dense::pack(layout, z, state);
@@ -193,7 +193,7 @@ impl Propagator {
                     z,
                     keep.then_some((1.0, z)),
                     &mut PairMut { hi: &mut *next, lo: lost },
-                    &mut || Ok(()),
+                    watch,
                 )?;
             } else {
                 let add = keep.then_some((1.0, &*state));

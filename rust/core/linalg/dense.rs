@@ -12,11 +12,22 @@ pub type Watch<'a> = dyn FnMut() -> Result<()> + 'a;
 
 /// Zeroed memory for `packs` packs, or an error that says how much was asked for.
 pub fn zeros(packs: usize) -> Result<Vec<Eight>> {
+    work_space(packs, &mut || Ok(()))
+}
+
+/// Packs whose first touch takes some milliseconds.
+const TOUCHED: usize = 1 << 18;
+
+/// As [`zeros`], looking outside in between: the first touch of a gigabyte takes a second.
+pub fn work_space(packs: usize, watch: &mut Watch) -> Result<Vec<Eight>> {
     let mut memory = Vec::new();
     memory.try_reserve_exact(packs).map_err(|_| {
         Error::memory(format!("{:.3e} bytes of work space are not to be had", 64.0 * packs as f64))
     })?;
-    memory.resize(packs, Eight::ZERO);
+    while memory.len() < packs {
+        watch()?;
+        memory.resize(packs.min(memory.len() + TOUCHED), Eight::ZERO);
+    }
     Ok(memory)
 }
 
@@ -30,16 +41,20 @@ const KEPT: usize = 1 << 14;
 
 /// Lends scratch memory, which holds whatever an earlier call has left in it.
 #[inline]
-pub fn with_scratch<R>(packs: usize, run: impl FnOnce(&mut [Eight]) -> Result<R>) -> Result<R> {
+pub fn with_scratch<R>(
+    packs: usize,
+    watch: &mut Watch,
+    run: impl FnOnce(&mut [Eight], &mut Watch) -> Result<R>,
+) -> Result<R> {
     if packs > KEPT {
-        return run(&mut zeros(packs)?);
+        return run(&mut work_space(packs, watch)?, watch);
     }
     // Taken, not borrowed: a nested call finds it empty and makes its own.
     let mut memory = SCRATCH.take();
     if memory.len() < packs {
         memory.resize(packs, Eight::ZERO);
     }
-    let result = run(&mut memory[..packs]);
+    let result = run(&mut memory[..packs], watch);
     SCRATCH.set(memory);
     result
 }
