@@ -52,6 +52,13 @@ pub trait Arithmetic {
     fn thresholds(&self) -> Thresholds;
     /// `C = A B (+ alpha D)`, `alpha` a power of two.
     fn multiply(&mut self, a: Slot, b: Slot, add: Option<(f64, Slot)>, c: Slot) -> Result<()>;
+    /// `X <- X X (+ alpha X)`; spoils `spare`.
+    #[inline(always)]
+    fn square(&mut self, x: Slot, alpha: Option<f64>, spare: Slot) -> Result<()> {
+        self.multiply(x, x, alpha.map(|alpha| (alpha, x)), spare)?;
+        self.swap(x, spare);
+        Ok(())
+    }
     /// `outs[k] = sum of c[k][i] X[i]`, coefficients as pairs; the sums share one pass over memory.
     fn sums<const N: usize, const K: usize>(
         &mut self,

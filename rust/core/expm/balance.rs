@@ -5,7 +5,7 @@
 //! beside a larger one.
 
 use crate::linalg::dense::{exponent_above, power_of_two};
-use crate::linalg::kernel::{Eight, Layout, Sides, dispatch, doubles, doubles_mut};
+use crate::linalg::kernel::{Body, Eight, Lanes, Layout, Sides, dispatch, doubles, doubles_mut};
 
 /// Rows and columns that differ by less than this factor are left alone: balancing would gain no
 /// doubling.
@@ -20,7 +20,7 @@ const LARGEST: i32 = 500;
 /// Exponents of scales `2^d` that balance `a`, already applied to it, or `None` where `a` is
 /// balanced well enough as it is.
 pub fn balance(layout: Layout, a: &mut [Eight]) -> Option<Vec<i32>> {
-    if is_balanced(layout, a) {
+    if dispatch(Balanced { layout, a }) {
         return None;
     }
     let mut exponents = vec![0; layout.rows];
@@ -64,7 +64,24 @@ pub fn restore(layout: Layout, exponents: &[i32], x: &mut [Eight]) {
     }
 }
 
-fn is_balanced(layout: Layout, a: &[Eight]) -> bool {
+/// Whether balancing would gain nothing.
+struct Balanced<'a> {
+    layout: Layout,
+    a: &'a [Eight],
+}
+
+impl Body for Balanced<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<V: Lanes>(self) -> bool {
+        is_balanced::<V>(self.layout, self.a)
+    }
+}
+
+/// Whether balancing would gain nothing, from the sums of rows and columns.
+#[inline(always)]
+pub fn is_balanced<V: Lanes>(layout: Layout, a: &[Eight]) -> bool {
     let mut short = [Eight::ZERO; 8];
     let mut long = Vec::new();
     let sums = if layout.height <= 4 {
@@ -74,7 +91,7 @@ fn is_balanced(layout: Layout, a: &[Eight]) -> bool {
         &mut long[..]
     };
     let (rows, columns) = sums.split_at_mut(layout.height);
-    dispatch(Sides { layout, a, rows: &mut *rows, columns: doubles_mut(columns) });
+    Sides { layout, a, rows: &mut *rows, columns: doubles_mut(columns) }.run::<V>();
     let small = power_of_two(SMALL);
     let sides = doubles(rows).iter().zip(doubles(columns)).take(layout.rows);
     sides.fold(true, |balanced, (&row, &column)| {

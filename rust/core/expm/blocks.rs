@@ -15,7 +15,7 @@ use super::propagator::{Correction, Power, Propagator, state_overflow};
 use crate::error::Result;
 use crate::linalg::dense::{self, Watch, exponent_above, power_of_two};
 use crate::linalg::kernel::{
-    CutPropagator, CutStates, Depth, Eight, Finite, Layout, Maxima, PairProduct, Product, dispatch,
+    CutPropagator, CutStates, Depth, Eight, Layout, Maxima, PairProduct, Product, dispatch,
     doubles, doubles_mut, slice_bits,
 };
 
@@ -148,8 +148,7 @@ impl Blocks {
     ) -> Result<()> {
         let one = self.step_packs();
         let states = &carried[from * one..to * one];
-        if dispatch(Finite { x: states }) {
-            dense::unpack(self.layout(), states, rows);
+        if dense::unpack(self.layout(), states, rows) {
             *done += to - from;
             return Ok(());
         }

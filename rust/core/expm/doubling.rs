@@ -32,9 +32,7 @@ pub fn double(
             whole(x, t, form);
             form = Form::Whole;
         }
-        let add = (form == Form::Increment).then_some((2.0, t));
-        x.multiply(t, t, add, spare)?;
-        x.swap(t, spare);
+        x.square(t, (form == Form::Increment).then_some(2.0), spare)?;
         if i % 16 == 15 && !x.norms(t)[0].is_finite() {
             return Err(overflow());
         }

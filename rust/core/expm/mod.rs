@@ -173,7 +173,13 @@ pub fn exponentials(
                 watch()?;
             }
             let found = match (tiny, pairs) {
-                (true, _) => small(layout, recipe, a, out, watch)?,
+                (true, _) => {
+                    let done = dispatch(small::Small { rows, recipe, a, out: &mut *out })?;
+                    match done {
+                        Some(norm) => norm,
+                        None => in_pairs_apart(layout, recipe, a, out, watch)?,
+                    }
+                }
                 (_, true) => in_pairs(layout, recipe, a, out, memory, watch)?,
                 (_, false) => in_doubles(layout, recipe, a, out, memory, watch)?,
             };
@@ -181,32 +187,6 @@ pub fn exponentials(
         }
         Ok(norm)
     })
-}
-
-/// [`Scheme::Exact`] or [`Scheme::Sid`] of a matrix that fits into a few cache lines.
-fn small(
-    layout: Layout,
-    recipe: Recipe,
-    a: &[f64],
-    out: &mut [f64],
-    watch: &mut Watch,
-) -> Result<f64> {
-    let mut x = [Eight::ZERO; small::LARGEST];
-    let x = &mut x[..layout.rows];
-    dense::pack(layout, a, x);
-    let norm = dense::norms(layout, x)[0];
-    let scales = balance::balance(layout, x);
-    let balanced = if scales.is_some() { dense::norms(layout, x)[0] } else { norm };
-    let pairs = recipe.scheme == Scheme::Exact;
-    if pairs && depth_for(balanced) == Depth::Three {
-        let memory = layout.packs(layout.rows) * Pairs::matrices(recipe.slots(), Depth::Three);
-        return dense::with_scratch(memory, watch, |memory, watch| {
-            in_pairs(layout, recipe, a, out, memory, watch)
-        });
-    }
-    dispatch(small::Small { pairs, doublings: recipe.doublings, x: &mut *x })?;
-    finish(layout, scales, x, out)?;
-    Ok(norm)
 }
 
 fn in_doubles(
@@ -249,6 +229,20 @@ fn in_pairs(
     Ok(norm)
 }
 
+/// As [`in_pairs`], in scratch memory.
+fn in_pairs_apart(
+    layout: Layout,
+    recipe: Recipe,
+    a: &[f64],
+    out: &mut [f64],
+    watch: &mut Watch,
+) -> Result<f64> {
+    let memory = layout.packs(layout.rows) * Pairs::matrices(recipe.slots(), Depth::Three);
+    dense::with_scratch(memory, watch, |memory, watch| {
+        in_pairs(layout, recipe, a, out, memory, watch)
+    })
+}
+
 /// Undoes the balancing and copies an exponential out.
 fn finish(
     layout: Layout,
@@ -259,8 +253,7 @@ fn finish(
     if let Some(scales) = scales {
         balance::restore(layout, &scales, w);
     }
-    dense::unpack(layout, w, out);
-    if dense::is_finite(out) { Ok(()) } else { Err(overflow()) }
+    if dense::unpack(layout, w, out) { Ok(()) } else { Err(overflow()) }
 }
 
 /// Two slices leave 78 bits, of which every doubling costs one; the result needs 53 and some.

@@ -3,7 +3,7 @@
 use std::cell::Cell;
 
 use super::kernel::{
-    ColumnSums, Eight, Layout, Product, Scale, Sums, dispatch, doubles, doubles_mut,
+    ColumnSums, Eight, Layout, PackColumns, Product, Scale, Sums, UnpackColumns, dispatch,
 };
 use crate::error::{Error, Result};
 
@@ -69,63 +69,13 @@ pub fn pieces<const N: usize>(memory: &mut [Eight], packs: usize) -> [&mut [Eigh
 /// Copies plain contiguous columns into packed ones, with zeros in the rows that pad them.
 #[inline]
 pub fn pack(layout: Layout, plain: &[f64], packed: &mut [Eight]) {
-    let (m, whole) = (layout.rows, 8 * layout.height);
-    for (j, packed) in packed.chunks_exact_mut(layout.stride).enumerate() {
-        let packed = &mut doubles_mut(packed)[..whole];
-        match plain.get(j * m..j * m + whole) {
-            // Moves of whole packs where there is more to read; what is not ours is cleared.
-            Some(more) if m <= SHORT => copy_packs(more, packed),
-            _ => match plain.get(j * m..(j + 1) * m) {
-                Some(column) => packed[..m].copy_from_slice(column),
-                None => return,
-            },
-        }
-        packed[m..].fill(0.0);
-    }
+    dispatch(PackColumns { layout, plain, packed });
 }
 
-/// Copies packed columns into plain contiguous ones.
+/// Copies packed columns into plain contiguous ones; returns whether all numbers are finite.
 #[inline]
-pub fn unpack(layout: Layout, packed: &[Eight], plain: &mut [f64]) {
-    match (layout.rows, layout.height) {
-        (0, _) => {}
-        (m, 1) => unpack_short::<8>(m, layout.doubles(), doubles(packed), plain),
-        (m, 2) => unpack_short::<16>(m, layout.doubles(), doubles(packed), plain),
-        (m, 3) => unpack_short::<24>(m, layout.doubles(), doubles(packed), plain),
-        (m, _) => {
-            let columns = packed.chunks_exact(layout.stride);
-            for (packed, plain) in columns.zip(plain.chunks_exact_mut(m)) {
-                plain.copy_from_slice(&doubles(packed)[..m]);
-            }
-        }
-    }
-}
-
-/// Columns of one to three packs, moved whole: what runs over the end of one is written anew with
-/// the next.
-#[inline]
-fn unpack_short<const W: usize>(m: usize, stride: usize, packed: &[f64], plain: &mut [f64]) {
-    let mut at = 0;
-    for column in packed.chunks_exact(stride) {
-        let Some(rest) = plain.get_mut(at..) else { return };
-        let column: &[f64; W] = column.first_chunk().expect("a column fills its packs");
-        if let Some(out) = rest.first_chunk_mut::<W>() {
-            *out = *column;
-        } else if rest.len() >= m {
-            rest[..m].copy_from_slice(&column[..m]);
-        }
-        at += m;
-    }
-}
-
-/// Columns up to this length are moved in whole packs, faster than by calls of `memcpy`.
-const SHORT: usize = 24;
-
-#[inline]
-fn copy_packs(from: &[f64], to: &mut [f64]) {
-    for (to, from) in to.chunks_exact_mut(8).zip(from.chunks_exact(8)) {
-        to.copy_from_slice(from);
-    }
+pub fn unpack(layout: Layout, packed: &[Eight], plain: &mut [f64]) -> bool {
+    dispatch(UnpackColumns { layout, packed, plain })
 }
 
 /// `C = A B (+ alpha D)` with `A` square. Large products look outside between panels of columns.

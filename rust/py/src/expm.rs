@@ -3,7 +3,7 @@
 use numpy::PyUntypedArrayMethods;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
+use pyo3::types::PyString;
 use spim::expm::{Recipe, Scheme, exponentials};
 use spim::method::nearest;
 
@@ -23,12 +23,33 @@ const METHODS: [(&str, &[&str]); 6] = [
 /// Multiply-adds below which the interpreter is not let go: about 50 us of work.
 const SHORT: usize = 400_000;
 
+/// The options of schemes, as given.
+#[derive(Default)]
+pub struct Given<'a, 'py> {
+    /// One degree or two.
+    pub pade: Option<&'a Bound<'py, PyAny>>,
+    /// Order of a Taylor polynomial.
+    pub order: Option<&'a Bound<'py, PyAny>>,
+    /// Number of doublings.
+    pub doublings: Option<&'a Bound<'py, PyAny>>,
+}
+
+impl Given<'_, '_> {
+    /// Refuses options that the method does not have.
+    fn check(&self, method: &str, allowed: &[&str]) -> PyResult<()> {
+        let given = [("pade", self.pade), ("order", self.order), ("doublings", self.doublings)];
+        match given.iter().find(|(name, value)| value.is_some() && !allowed.contains(name)) {
+            None => Ok(()),
+            Some((name, _)) => Err(PyTypeError::new_err(format!(
+                "method '{method}' has no option '{name}'; it has {}",
+                allowed.join(", ")
+            ))),
+        }
+    }
+}
+
 /// What a name and options ask for, for matrices of `rows` rows.
-pub fn recipe(
-    rows: usize,
-    method: &Bound<'_, PyAny>,
-    options: Option<&Bound<'_, PyDict>>,
-) -> PyResult<Recipe> {
+pub fn recipe(rows: usize, method: &Bound<'_, PyAny>, given: &Given) -> PyResult<Recipe> {
     let method = method
         .cast::<PyString>()
         .map_err(|_| PyTypeError::new_err("method: must be a string"))?
@@ -41,35 +62,18 @@ pub fn recipe(
             names.join(", ")
         )));
     };
-    let (mut pade, mut order, mut doublings) = (None, None, None);
-    for (name, value) in options.into_iter().flatten() {
-        let name: String = name.extract()?;
-        if !allowed.contains(&name.as_str()) {
-            return Err(PyTypeError::new_err(format!(
-                "method '{method}' has no option '{name}'; did you mean '{}'?",
-                nearest(&name, allowed.iter().copied())
-            )));
-        }
-        if value.is_none() {
-            continue;
-        }
-        match name.as_str() {
-            "pade" => pade = Some(degrees(&value)?),
-            "order" => order = Some(convert::count("order", &value)? as usize),
-            _ => {
-                let count = convert::count("doublings", &value)?;
-                doublings = Some(u32::try_from(count).unwrap_or(u32::MAX));
-            }
-        }
-    }
+    given.check(&method, allowed)?;
+    let order = given.order.map(|order| convert::count("order", order)).transpose()?;
+    let doublings = given.doublings.map(|count| convert::count("doublings", count)).transpose()?;
     let scheme = match &*method {
         "exact" => Scheme::Exact,
         "sid" => Scheme::Sid,
-        "pade" => Scheme::Pade(pade.unwrap_or([13, 13])),
-        "pim" => Scheme::Pim(order.unwrap_or(4)),
-        "spim" => Scheme::Spim(pade.unwrap_or([2, 2])),
+        "pade" => Scheme::Pade(given.pade.map_or(Ok([13, 13]), degrees)?),
+        "pim" => Scheme::Pim(order.unwrap_or(4) as usize),
+        "spim" => Scheme::Spim(given.pade.map_or(Ok([2, 2]), degrees)?),
         _ => Recipe::auto(rows).scheme,
     };
+    let doublings = doublings.map(|count| u32::try_from(count).unwrap_or(u32::MAX));
     Recipe { scheme, doublings }.check().map_err(to_python)
 }
 
@@ -124,18 +128,24 @@ fn degrees(value: &Bound<'_, PyAny>) -> PyResult<[usize; 2]> {
 /// PrecisionWarning
 ///     1-norm above 1e13 (1e15 for "exact"): no digit of the result can be relied on.
 #[pyfunction]
-#[pyo3(signature = (A, *, method=None, **options), text_signature = "(A, *, method='auto', **options)")]
+#[pyo3(
+    signature = (A, *, method=None, pade=None, order=None, doublings=None),
+    text_signature = "(A, *, method='auto', pade=None, order=None, doublings=None)"
+)]
 #[allow(non_snake_case)]
 pub fn expm<'py>(
     A: &Bound<'py, PyAny>,
     method: Option<&Bound<'py, PyAny>>,
-    options: Option<&Bound<'py, PyDict>>,
+    pade: Option<&Bound<'py, PyAny>>,
+    order: Option<&Bound<'py, PyAny>>,
+    doublings: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
+    let given = Given { pade, order, doublings };
     match numbers("A", A)? {
         Numbers::Real(a) => {
             let shape = a.shape();
             let rows = square(shape)?;
-            let recipe = chosen(rows, method, options)?;
+            let recipe = chosen(A.py(), rows, method, &given)?;
             check("A", &a)?;
             let out = convert::empty(a.py(), shape)?;
             run(a.py(), rows, recipe, slice(&a), slice_mut(&out))?;
@@ -144,7 +154,7 @@ pub fn expm<'py>(
         Numbers::Complex(re, im) => {
             let shape = re.shape().to_vec();
             let rows = square(&shape)?;
-            let recipe = chosen(rows, method, options)?;
+            let recipe = chosen(A.py(), rows, method, &given)?;
             check("A", &re)?;
             check("A (imaginary part)", &im)?;
             let py = re.py();
@@ -161,16 +171,14 @@ pub fn expm<'py>(
 }
 
 fn chosen(
+    py: Python<'_>,
     rows: usize,
     method: Option<&Bound<'_, PyAny>>,
-    options: Option<&Bound<'_, PyDict>>,
+    given: &Given,
 ) -> PyResult<Recipe> {
-    match (method, options) {
-        (None, None) => Ok(Recipe::auto(rows)),
-        (Some(method), _) => recipe(rows, method, options),
-        (None, Some(options)) => {
-            recipe(rows, PyString::new(options.py(), "auto").as_any(), Some(options))
-        }
+    match method {
+        Some(method) => recipe(rows, method, given),
+        None => recipe(rows, pyo3::intern!(py, "auto").as_any(), given),
     }
 }
 

@@ -13,7 +13,7 @@ use spim::propagate::{Clock, End, propagate};
 
 use crate::convert::{self, real, slice, slice_mut};
 use crate::error::{guarded, to_python};
-use crate::expm::{recipe, shown, warn_of_size};
+use crate::expm::{Given, recipe, shown, warn_of_size};
 use crate::watch;
 
 /// The exponential of one step, `exp(tau A)`, formed once and applied many times.
@@ -58,16 +58,22 @@ pub struct Propagator {
 impl Propagator {
     #[new]
     #[pyo3(
-        signature = (A, tau, *, method="auto", correction="auto", **options),
-        text_signature = "(A, tau, *, method='auto', correction='auto', **options)"
+        signature = (
+            A, tau, *, method="auto", correction="auto", pade=None, order=None, doublings=None
+        ),
+        text_signature = "(A, tau, *, method='auto', correction='auto', pade=None, order=None, \
+                          doublings=None)"
     )]
+    #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,
         A: &Bound<'_, PyAny>,
         tau: f64,
         method: &str,
         correction: &str,
-        options: Option<&Bound<'_, PyDict>>,
+        pade: Option<&Bound<'_, PyAny>>,
+        order: Option<&Bound<'_, PyAny>>,
+        doublings: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let held = match A.hasattr("A")? && !A.hasattr("__array__")? {
             true => &A.getattr("A")?,
@@ -89,7 +95,8 @@ impl Propagator {
         }
         convert::check_finite("A", shape, slice(&a))?;
         let rows = *rows;
-        let recipe = recipe(rows, PyString::new(py, method).as_any(), options)?;
+        let recipe =
+            recipe(rows, PyString::new(py, method).as_any(), &Given { pade, order, doublings })?;
         let wanted = correction_named(correction).map_err(to_python)?;
         let matrix = slice(&a).to_vec();
         let core = py
@@ -101,7 +108,12 @@ impl Propagator {
             let scaled: Vec<_> = matrix.iter().map(|a| tau * a).collect();
             warn_of_size(py, rows, recipe, &scaled)?;
         }
-        let options = options.map_or_else(|| Ok(PyDict::new(py)), |given| given.copy())?.unbind();
+        let options = PyDict::new(py);
+        let given = [("pade", pade), ("order", order), ("doublings", doublings)];
+        for (name, value) in given.into_iter().filter_map(|(name, value)| Some((name, value?))) {
+            options.set_item(name, value)?;
+        }
+        let options = options.unbind();
         let (method, correction) = (method.to_string(), correction.to_string());
         Ok(Propagator { core: Arc::new(core), matrix, method, correction, options })
     }

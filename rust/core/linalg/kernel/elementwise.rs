@@ -1,7 +1,62 @@
-//! Sums of matrices and their norms.
+//! Moves of matrices, their sums and norms.
 
 use super::pack::{Lanes, Pack, packs, packs_mut};
 use super::{Body, Eight, Layout};
+
+/// Copies plain contiguous columns into packed ones, with zeros in the rows that pad them.
+pub struct PackColumns<'a> {
+    /// How the packed columns lie in memory.
+    pub layout: Layout,
+    /// The plain columns.
+    pub plain: &'a [f64],
+    /// The packed columns.
+    pub packed: &'a mut [Eight],
+}
+
+impl Body for PackColumns<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Lanes>(self) {
+        let Layout { rows, height, stride } = self.layout;
+        let columns = self.plain.chunks_exact(rows).zip(self.packed.chunks_exact_mut(stride));
+        for (plain, packed) in columns {
+            for (i, packed) in packs_mut::<V>(&mut packed[..height]).iter_mut().enumerate() {
+                *packed = Pack::load(&plain[8 * i..]);
+            }
+        }
+    }
+}
+
+/// Copies packed columns into plain contiguous ones; returns whether all numbers are finite.
+pub struct UnpackColumns<'a> {
+    /// How the packed columns lie in memory.
+    pub layout: Layout,
+    /// The packed columns.
+    pub packed: &'a [Eight],
+    /// The plain columns.
+    pub plain: &'a mut [f64],
+}
+
+impl Body for UnpackColumns<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<V: Lanes>(self) -> bool {
+        let Layout { rows, height, stride } = self.layout;
+        let zero = Pack::<V>::splat(0.0);
+        // 0 for every finite number, not a number for the others.
+        let mut sum = zero;
+        let columns = self.packed.chunks_exact(stride).zip(self.plain.chunks_exact_mut(rows));
+        for (packed, plain) in columns {
+            for (i, packed) in packs::<V>(&packed[..height]).iter().enumerate() {
+                packed.store(&mut plain[8 * i..]);
+                sum = packed.mul_add(zero, sum);
+            }
+        }
+        sum.sum() == 0.0
+    }
+}
 
 /// Several sums `outs[k] = sum of c[k][i] X[i]` of the same matrices in one pass, each term by one
 /// fused multiply-add, in the order given.

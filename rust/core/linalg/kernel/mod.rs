@@ -14,7 +14,7 @@ mod stepping;
 
 use std::sync::atomic::{AtomicU8, Ordering};
 
-pub use elementwise::{ColumnSums, Finite, Maxima, Scale, Sides, Sums};
+pub use elementwise::{ColumnSums, Finite, Maxima, PackColumns, Scale, Sides, Sums, UnpackColumns};
 pub use gemm::{Product, small_product};
 pub(crate) use pack::fused;
 pub use pack::{Lanes, Pack, packs, packs_mut};

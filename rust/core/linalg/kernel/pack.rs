@@ -18,6 +18,10 @@ pub trait Lanes: Copy + 'static {
     const PAIR_TILE: (usize, usize);
     /// The same number in all lanes.
     fn splat(x: f64) -> Self;
+    /// The first eight numbers, 0 in the lanes that memory has none for.
+    fn load(from: &[f64]) -> Self;
+    /// Writes as many lanes as there is room for.
+    fn store(self, to: &mut [f64]);
     /// Sum.
     fn add(self, other: Self) -> Self;
     /// Difference.
@@ -68,6 +72,16 @@ impl<V: Lanes> Pack<V> {
     #[inline(always)]
     pub fn splat(x: f64) -> Self {
         Pack(V::splat(x))
+    }
+    /// The first eight numbers, 0 in the lanes that memory has none for.
+    #[inline(always)]
+    pub fn load(from: &[f64]) -> Self {
+        Pack(V::load(from))
+    }
+    /// Writes as many lanes as there is room for.
+    #[inline(always)]
+    pub fn store(self, to: &mut [f64]) {
+        self.0.store(to);
     }
     /// `self * a + b`, rounded once.
     #[inline(always)]
@@ -151,6 +165,16 @@ impl Lanes for [f64; 8] {
     #[inline(always)]
     fn splat(x: f64) -> Self {
         [x; 8]
+    }
+    #[inline(always)]
+    fn load(from: &[f64]) -> Self {
+        std::array::from_fn(|i| from.get(i).copied().unwrap_or(0.0))
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [f64]) {
+        for (to, x) in to.iter_mut().zip(self) {
+            *to = x;
+        }
     }
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -270,6 +294,21 @@ mod x86 {
         }
     }
 
+    /// The mask of the first `count` of eight lanes begins at `8 - count`.
+    const MASKS: [i64; 16] = [-1, -1, -1, -1, -1, -1, -1, -1, 0, 0, 0, 0, 0, 0, 0, 0];
+
+    #[inline(always)]
+    fn mask(count: usize) -> [__m256i; 2] {
+        let mask: &[i64; 8] = MASKS[8 - count..].first_chunk().expect("count is 8 at most");
+        // SAFETY: reached only below `avx2`; eight integers are there to read.
+        unsafe {
+            [
+                _mm256_loadu_si256(mask.as_ptr().cast()),
+                _mm256_loadu_si256(mask[4..].as_ptr().cast()),
+            ]
+        }
+    }
+
     #[inline(always)]
     unsafe fn high(four: __m256d) -> __m128d {
         // SAFETY: the caller is below `avx2`.
@@ -283,6 +322,28 @@ mod x86 {
         fn splat(x: f64) -> Self {
             // SAFETY: reached only below `avx2`.
             [Ymm(unsafe { _mm256_set1_pd(x) }); 2]
+        }
+        #[inline(always)]
+        fn load(from: &[f64]) -> Self {
+            let [low, high] = mask(from.len().min(8));
+            let start = from.as_ptr();
+            // SAFETY: reached only below `avx2`; lanes beyond the slice are masked, not read.
+            unsafe {
+                [
+                    Ymm(_mm256_maskload_pd(start, low)),
+                    Ymm(_mm256_maskload_pd(start.wrapping_add(4), high)),
+                ]
+            }
+        }
+        #[inline(always)]
+        fn store(self, to: &mut [f64]) {
+            let [low, high] = mask(to.len().min(8));
+            let start = to.as_mut_ptr();
+            // SAFETY: as in `load`; the borrow is exclusive.
+            unsafe {
+                _mm256_maskstore_pd(start, low, self[0].0);
+                _mm256_maskstore_pd(start.wrapping_add(4), high, self[1].0);
+            }
         }
         #[inline(always)]
         fn add(self, o: Self) -> Self {
@@ -356,6 +417,18 @@ mod x86 {
         fn splat(x: f64) -> Self {
             // SAFETY: reached only below `avx512`.
             Zmm(unsafe { _mm512_set1_pd(x) })
+        }
+        #[inline(always)]
+        fn load(from: &[f64]) -> Self {
+            let mask = (0xff_u16 >> (8 - from.len().min(8))) as u8;
+            // SAFETY: reached only below `avx512`; lanes beyond the slice are masked, not read.
+            Zmm(unsafe { _mm512_maskz_loadu_pd(mask, from.as_ptr()) })
+        }
+        #[inline(always)]
+        fn store(self, to: &mut [f64]) {
+            let mask = (0xff_u16 >> (8 - to.len().min(8))) as u8;
+            // SAFETY: as in `load`; the borrow is exclusive.
+            unsafe { _mm512_mask_storeu_pd(to.as_mut_ptr(), mask, self.0) }
         }
         #[inline(always)]
         fn add(self, o: Self) -> Self {
