@@ -153,13 +153,24 @@ impl Blocks {
             return Ok(());
         }
         let row_len = self.batch * self.layout().rows;
-        for (states, row) in states.chunks_exact(one).zip(rows.chunks_exact_mut(row_len)) {
-            if !dense::is_finite(doubles(states)) {
-                return Err(state_overflow());
-            }
-            dense::unpack(self.layout(), states, row);
+        for (at, row) in (from..to).zip(rows.chunks_exact_mut(row_len)) {
+            self.read_one(carried, at, row)?;
             *done += 1;
         }
+        Ok(())
+    }
+
+    /// Copies the states of step `at` of the block out.
+    ///
+    /// # Errors
+    /// [`Error::Overflow`](crate::Error::Overflow) where a state is not finite; nothing is copied.
+    pub fn read_one(&self, carried: &[Eight], at: usize, row: &mut [f64]) -> Result<()> {
+        let one = self.step_packs();
+        let states = &carried[at * one..][..one];
+        if !dense::is_finite(doubles(states)) {
+            return Err(state_overflow());
+        }
+        dense::unpack(self.layout(), states, row);
         Ok(())
     }
 }

@@ -42,7 +42,7 @@ impl<S: ?Sized> Stepper<S> for LinearSteps {
     fn step(&mut self, _: &S, k: u64, t: f64, state: &mut State, work: &mut Work) -> Result<()> {
         let at = self.prepare(k + 1, state, work)?;
         self.blocks
-            .read(&state.carried, at, at + 1, &mut state.z, &mut 0)
+            .read_one(&state.carried, at, &mut state.z)
             .map_err(|error| located(error, k, t))?;
         work.steps += 1;
         Ok(())
