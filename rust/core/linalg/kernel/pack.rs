@@ -317,7 +317,7 @@ mod x86 {
 
     impl Lanes for [Ymm; 2] {
         const TILE: (usize, usize) = (1, 6);
-        const PAIR_TILE: (usize, usize) = (1, 2);
+        const PAIR_TILE: (usize, usize) = (1, 1);
         #[inline(always)]
         fn splat(x: f64) -> Self {
             // SAFETY: reached only below `avx2`.
