@@ -109,6 +109,8 @@ bench: install ## all benches; refreshes benches/RESULTS.md
 		printf '\n## %s\n\n' "$$(basename "$$script" .py)" >> out/bench/RESULTS.md; \
 		$(BIN)/python "$$script" --markdown >> out/bench/RESULTS.md || exit 1; \
 	done
+	@printf '\n## expm_speed, AVX2 forced\n\n' >> out/bench/RESULTS.md
+	$(BIN)/python benches/python/expm_speed.py --markdown --level avx2 >> out/bench/RESULTS.md
 	mv out/bench/RESULTS.md benches/RESULTS.md
 
 clean: ## remove everything the other targets write

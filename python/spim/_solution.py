@@ -10,6 +10,8 @@ class Solution:
 
     Attributes
     ----------
+    system : LinearSystem
+        What was integrated.
     t : ndarray (k,)
         Times of the stored states.
     z : ndarray (k, m)
@@ -29,7 +31,7 @@ class Solution:
     """
 
     def __init__(self, system, run, options):
-        self._system = system
+        self.system = system
         self._options = options
         self._name = run["method"]
         self.t, self.z = run["t"], run["z"]
@@ -64,7 +66,7 @@ class Solution:
     @property
     def energy(self):
         """Energies of the stored states, (k,); `UnsupportedError` where the system has none."""
-        return self._system.energy(self.z)
+        return self.system.energy(self.z)
 
     def __call__(self, t):
         """State at any time of the run.
@@ -108,7 +110,7 @@ class Solution:
         if t == self.t[row]:
             return self.z[row]
         run = _core.integrate(
-            self._system._core,
+            self.system._core,
             self.z[row],
             float(self.t[row]),
             t,

@@ -56,6 +56,10 @@ class LinearSystem:
         ------
         UnsupportedError
             `A` is not Hamiltonian.
+        ValueError
+            A state of the wrong length, or not finite.
+        OverflowError
+            An energy exceeds 1.8e308; the message numbers the state.
         """
         return self._core.energy(np.asarray(z))
 

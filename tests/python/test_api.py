@@ -200,3 +200,13 @@ def test_propagators_and_errors_pickle(oscillators):
 
 def test_nothing_has_panicked():
     assert spim._core.caught_panics() == 0
+
+
+def test_an_energy_that_is_no_number_is_an_error(oscillators):
+    states = np.ones((3, 6))
+    states[1] *= 1e200
+    with pytest.raises(OverflowError, match="exceeds 1.8e308 for state 1"):
+        oscillators.energy(states)
+    states[1, 2] = np.nan
+    with pytest.raises(ValueError, match=r"z: entry \(1, 2\) is nan"):
+        oscillators.energy(states)

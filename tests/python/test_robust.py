@@ -73,6 +73,70 @@ def test_propagators_of_any_matrix_step_or_say_why(a, tau, correction, steps, ev
     assert spim._core.caught_panics() == 0
 
 
+ODD = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(-3, 10**18),
+    st.floats(),
+    st.text(max_size=3),
+    st.lists(st.floats(), max_size=5),
+    hnp.arrays(DTYPES.map(np.dtype), hnp.array_shapes(min_dims=0, max_dims=3, min_side=0)),
+)
+
+
+def mostly(usual):
+    """A usual value four times in five, anything at all otherwise."""
+    return st.integers(0, 4).flatmap(lambda i: usual if i else ODD)
+
+
+@given(
+    a=mostly(hnp.arrays(np.float64, (2, 2), elements=st.floats(-1e3, 1e3))),
+    z0=mostly(st.just([1.0, 0.5])),
+    span=mostly(st.tuples(st.floats(-2, 2), st.floats(-2, 2))),
+    step=mostly(st.floats(0.01, 3)),
+    method=mostly(st.sampled_from([m.name for m in spim.methods()])),
+    every=mostly(st.integers(1, 9)),
+    when=mostly(st.floats(-3, 3)),
+    name=st.sampled_from(["correction", "doublings", "pade", "order", "nonsense"]),
+    value=ODD,
+    count=st.integers(0, 4),
+)
+def test_integrate_of_anything_runs_or_says_why(
+    a, z0, span, step, method, every, when, name, value, count
+):
+    options = {name: value} if count == 0 else {}
+
+    def run():
+        solution = spim.integrate(
+            spim.LinearSystem(a), z0, span, step, method=method, every=every, **options
+        )
+        with_energy = solution.energy if solution.system.hamiltonian else 0.0
+        finite = [solution.t, solution.z, solution.q, with_energy, solution(when)]
+        return [np.isfinite(x).all() for x in finite]
+
+    survives(run)
+    assert spim._core.caught_panics() == 0
+
+
+@given(
+    data=st.data(),
+    what=st.sampled_from(["Oscillators", "Propagator", "step", "energy", "expm"]),
+)
+def test_any_arguments_are_taken_or_refused(data, what):
+    oscillators = spim.models.Oscillators([0.1, 10], [100, 10])
+    odd = [data.draw(ODD, label=f"argument {i}") for i in range(3)]
+    name = data.draw(st.sampled_from(["method", "correction", "pade", "order", "doublings"]))
+    calls = {
+        "Oscillators": lambda: spim.models.Oscillators(*odd[:2]).A,
+        "Propagator": lambda: spim.Propagator(oscillators, 0.1, **{name: odd[0]}).matrix,
+        "step": lambda: spim.Propagator(oscillators, 0.1).step(odd[0]),
+        "energy": lambda: oscillators.energy(odd[0]),
+        "expm": lambda: spim.expm(oscillators.A, **{name: odd[0]}),
+    }
+    survives(calls[what])
+    assert spim._core.caught_panics() == 0
+
+
 @given(
     a=hnp.arrays(np.float64, st.integers(1, 7).map(lambda m: (m, m)), elements=st.floats(-2.0, 2.0))
 )

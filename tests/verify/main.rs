@@ -1,5 +1,6 @@
 //! Claims about the core, one module a subject.
 
+mod allocations;
 mod exponentials;
 mod labels;
 mod levels;

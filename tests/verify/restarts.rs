@@ -18,7 +18,7 @@ fn problem() -> Problem {
 }
 
 /// A method at its defaults and, where it has the option, with exact correction.
-fn choices(info: &MethodInfo) -> Vec<Options> {
+pub fn choices(info: &MethodInfo) -> Vec<Options> {
     let exact = Options(vec![("correction".into(), Value::Text("exact".into()))]);
     match info.options.iter().any(|option| option.name == "correction") {
         true => vec![Options::default(), exact],

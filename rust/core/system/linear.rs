@@ -81,6 +81,11 @@ impl Hamiltonian for Linear {
             total = twofold::sum(total, twofold::times(q_rate, *p));
             total = twofold::sum(total, twofold::negative(twofold::times(p_rate, *q)));
         }
-        Ok(0.5 * total[0])
+        let energy = 0.5 * total[0];
+        if energy.is_finite() {
+            Ok(energy)
+        } else {
+            Err(Error::overflow("energy: exceeds 1.8e308"))
+        }
     }
 }

@@ -1,13 +1,14 @@
 //! `spim.expm`.
 
 use numpy::PyUntypedArrayMethods;
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::{PyMemoryError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 use spim::expm::{Recipe, Scheme, exponentials};
+use spim::linalg::dense::is_finite;
 use spim::method::nearest;
 
-use crate::convert::{self, Doubles, Numbers, numbers, slice, slice_mut};
+use crate::convert::{self, Numbers, numbers, slice, slice_mut};
 use crate::error::{PrecisionWarning, guarded, to_python};
 use crate::watch;
 
@@ -22,6 +23,9 @@ const METHODS: [(&str, &[&str]); 6] = [
 
 /// Multiply-adds below which the interpreter is not let go: about 50 us of work.
 const SHORT: usize = 400_000;
+
+/// Doubles of a stack that are worked through at once: some 20 ms of work.
+const PIECE: usize = 1 << 19;
 
 /// The options of schemes, as given.
 #[derive(Default)]
@@ -146,24 +150,37 @@ pub fn expm<'py>(
             let shape = a.shape();
             let rows = square(shape)?;
             let recipe = chosen(A.py(), rows, method, &given)?;
-            check("A", &a)?;
+            let finite = |part: &[f64]| match is_finite(part) {
+                true => Ok(()),
+                false => convert::check_finite("A", shape, slice(&a)),
+            };
             let out = convert::empty(a.py(), shape)?;
-            run(a.py(), rows, recipe, slice(&a), slice_mut(&out))?;
+            run(a.py(), rows, recipe, slice(&a), finite, slice_mut(&out))?;
             Ok(out.into_any())
         }
         Numbers::Complex(re, im) => {
             let shape = re.shape().to_vec();
             let rows = square(&shape)?;
             let recipe = chosen(A.py(), rows, method, &given)?;
-            check("A", &re)?;
-            check("A (imaginary part)", &im)?;
             let py = re.py();
             let (re, im) = (slice(&re), slice(&im));
-            let embedded = embed(rows, re, im)?;
-            let mut whole = zeroed(embedded.len())?;
-            run(py, 2 * rows, recipe, &embedded, &mut whole)?;
+            convert::check_finite("A", &shape, re)?;
+            convert::check_finite("A (imaginary part)", &shape, im)?;
             let (out_re, out_im) = (convert::empty(py, &shape)?, convert::empty(py, &shape)?);
-            extract(rows, &whole, slice_mut(&out_re), slice_mut(&out_im));
+            let size = (rows * rows).max(1);
+            let piece = size * (PIECE / 4 / size).max(1);
+            let mut embedded = zeroed(4 * piece.min(re.len()))?;
+            let mut whole = zeroed(embedded.len())?;
+            let parts = re.chunks(piece).zip(im.chunks(piece));
+            let outs =
+                slice_mut(&out_re).chunks_mut(piece).zip(slice_mut(&out_im).chunks_mut(piece));
+            for ((re, im), (out_re, out_im)) in parts.zip(outs) {
+                let embedded = &mut embedded[..4 * re.len()];
+                let whole = &mut whole[..4 * re.len()];
+                embed(rows, re, im, embedded);
+                run(py, 2 * rows, recipe, embedded, |_| Ok(()), whole)?;
+                extract(rows, whole, out_re, out_im);
+            }
             let unit = convert::numpy(py)?.getattr("complex128")?.call1((0.0, 1.0))?;
             out_re.into_any().add(out_im.into_any().mul(unit)?)
         }
@@ -201,32 +218,54 @@ pub fn shown(shape: &[usize]) -> String {
     }
 }
 
-fn check(name: &str, a: &Doubles<'_>) -> PyResult<()> {
-    convert::check_finite(name, a.shape(), slice(a))
+fn reserve(memory: &mut Vec<f64>, len: usize) -> PyResult<()> {
+    memory.try_reserve_exact(len).map_err(|_| {
+        PyMemoryError::new_err(format!("A: no memory for {len} doubles of work space"))
+    })
 }
 
 fn zeroed(len: usize) -> PyResult<Vec<f64>> {
     let mut memory = Vec::new();
-    memory
-        .try_reserve_exact(len)
-        .map_err(|_| pyo3::exceptions::PyMemoryError::new_err(format!("{len} doubles")))?;
+    reserve(&mut memory, len)?;
     memory.resize(len, 0.0);
     Ok(memory)
 }
 
 /// Row by row is the transposed problem column by column: `exp(A^T) = exp(A)^T`.
-fn run(py: Python<'_>, rows: usize, recipe: Recipe, a: &[f64], out: &mut [f64]) -> PyResult<()> {
+///
+/// Long stacks go in pieces, looking outside between them: each is checked and copied while the
+/// interpreter is held.
+fn run(
+    py: Python<'_>,
+    rows: usize,
+    recipe: Recipe,
+    a: &[f64],
+    finite: impl Fn(&[f64]) -> PyResult<()>,
+    out: &mut [f64],
+) -> PyResult<()> {
     if a.is_empty() {
         return Ok(());
     }
-    let norm = if a.len() * rows <= SHORT {
-        guarded(|| exponentials(rows, recipe, a, out, &mut || Ok(())))?
+    let mut norm = 0.0_f64;
+    if a.len() * rows <= SHORT {
+        finite(a)?;
+        norm =
+            guarded(|| exponentials(rows, recipe, a, out, &mut || Ok(())))?.map_err(to_python)?;
     } else {
-        let mut copy = zeroed(a.len())?;
-        copy.copy_from_slice(a);
-        py.detach(|| guarded(|| exponentials(rows, recipe, &copy, out, &mut watch::signals())))?
+        let size = rows * rows;
+        let piece = size * (PIECE / size).max(1);
+        let mut copy = Vec::new();
+        reserve(&mut copy, piece.min(a.len()))?;
+        for (a, out) in a.chunks(piece).zip(out.chunks_mut(piece)) {
+            finite(a)?;
+            copy.clear();
+            copy.extend_from_slice(a);
+            let watch = &mut watch::signals();
+            let found = py.detach(|| guarded(|| exponentials(rows, recipe, &copy, out, watch)))?;
+            norm = norm.max(found.map_err(to_python)?);
+            py.check_signals()?;
+        }
     }
-    .map_err(to_python)?;
     if norm > recipe.precision_limit() / rows as f64 {
         warn_of_size(py, rows, recipe, a)?;
     }
@@ -254,12 +293,8 @@ pub fn warn_of_size(py: Python<'_>, rows: usize, recipe: Recipe, stack: &[f64]) 
 }
 
 /// `[Re -Im; Im Re]` of each matrix.
-fn embed(rows: usize, re: &[f64], im: &[f64]) -> PyResult<Vec<f64>> {
-    let mut out = zeroed(4 * re.len())?;
+fn embed(rows: usize, re: &[f64], im: &[f64], out: &mut [f64]) {
     let size = rows * rows;
-    if size == 0 {
-        return Ok(out);
-    }
     let parts = re.chunks_exact(size).zip(im.chunks_exact(size));
     for ((re, im), out) in parts.zip(out.chunks_exact_mut(4 * size)) {
         for i in 0..rows {
@@ -272,15 +307,11 @@ fn embed(rows: usize, re: &[f64], im: &[f64]) -> PyResult<Vec<f64>> {
             }
         }
     }
-    Ok(out)
 }
 
 /// Real and imaginary parts back from the embedding.
 fn extract(rows: usize, whole: &[f64], re: &mut [f64], im: &mut [f64]) {
     let size = rows * rows;
-    if size == 0 {
-        return;
-    }
     let parts = re.chunks_exact_mut(size).zip(im.chunks_exact_mut(size));
     for (whole, (re, im)) in whole.chunks_exact(4 * size).zip(parts) {
         for i in 0..rows {

@@ -54,7 +54,7 @@ impl Linear {
         self.system.is_hamiltonian()
     }
 
-    /// Energies of states, (k, m) -> (k,), in pairs of doubles.
+    /// Energies of states, (..., m) -> (...), in pairs of doubles.
     fn energy<'py>(&self, z: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let py = z.py();
         let z = real("z", z)?;
@@ -65,14 +65,21 @@ impl Linear {
                 shown(z.shape())
             )));
         }
+        convert::check_finite("z", z.shape(), slice(&z))?;
         let out = convert::empty(py, &z.shape()[..z.shape().len() - 1])?;
         let states = slice(&z).to_vec();
         let energies = slice_mut(&out);
         let system = &self.system;
         py.detach(|| {
             guarded(|| {
-                for (energy, z) in energies.iter_mut().zip(states.chunks_exact(m)) {
-                    *energy = system.energy(0.0, z)?;
+                for (i, (energy, z)) in energies.iter_mut().zip(states.chunks_exact(m)).enumerate()
+                {
+                    *energy = system.energy(0.0, z).map_err(|error| match *error {
+                        spim::Error::Overflow(text) => {
+                            spim::Error::overflow(format!("{text} for state {i}"))
+                        }
+                        _ => error,
+                    })?;
                 }
                 Ok(())
             })
