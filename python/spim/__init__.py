@@ -17,7 +17,9 @@ from spim._core import (
     UnsupportedError,
     expm,
     kernel_level,
+    phi,
 )
+from spim._discretize import discretize, discretize_noise
 from spim._integrate import integrate
 from spim._methods import methods
 from spim._solution import Solution
@@ -35,10 +37,13 @@ __all__ = [
     "SpimError",
     "UnsupportedError",
     "__version__",
+    "discretize",
+    "discretize_noise",
     "expm",
     "integrate",
     "kernel_level",
     "methods",
     "models",
+    "phi",
     "show_versions",
 ]

@@ -14,8 +14,8 @@ use crate::linalg::twofold;
 /// Number of a matrix.
 pub type Slot = usize;
 
-/// Slots of a work space.
-pub const SLOTS: usize = 9;
+/// Most slots of a work space.
+pub const SLOTS: usize = 12;
 
 /// Largest 1-norms at which a scheme is exact to rounding.
 pub struct Thresholds {

@@ -50,7 +50,7 @@ pub fn whole(x: &mut impl Arithmetic, t: Slot, form: Form) {
 
 /// Whether squaring `W` rounds less than doubling `T`.
 #[inline(always)]
-fn decays(x: &impl Arithmetic, t: Slot) -> Result<bool> {
+pub fn decays(x: &impl Arithmetic, t: Slot) -> Result<bool> {
     // The 1-norm of W can only be small enough (below 0.8) if its whole diagonal is.
     if (0..x.layout().rows).any(|j| x.diagonal(t, j) > -0.2) {
         return Ok(false);

@@ -7,15 +7,17 @@ mod coefficients;
 mod doubling;
 mod lu;
 mod pade;
+mod phi;
 mod propagator;
 mod sid;
 mod small;
 
 pub use blocks::Blocks;
 pub use doubling::Form;
+pub use phi::HIGHEST as HIGHEST_PHI;
 pub use propagator::{Correction, Propagator};
 
-use arithmetic::{Arithmetic, Division, Doubles, Pairs, SLOTS};
+use arithmetic::{Arithmetic, Division, Doubles, Pairs};
 use doubling::{overflow, whole};
 
 use crate::error::{Error, Result};
@@ -123,7 +125,7 @@ impl Recipe {
     fn slots(self) -> usize {
         match self.scheme {
             Scheme::Exact | Scheme::Sid => sid::SLOTS,
-            _ => SLOTS,
+            _ => pade::SLOTS,
         }
     }
 
@@ -290,20 +292,8 @@ pub fn exponential(
     pairs: bool,
     watch: &mut Watch,
 ) -> Result<Exponential> {
-    let layout = Layout::new(rows);
-    let packs = layout.packs(rows);
-    let (mut hi, mut lo) = (dense::zeros(packs)?, dense::zeros(packs)?);
-    dense::pack(layout, a, &mut hi);
-    // Balancing commutes with the product by tau but for overflow, which the final check finds.
-    let scales = balance::balance(layout, &mut hi);
-    for (hi, lo) in doubles_mut(&mut hi).iter_mut().zip(doubles_mut(&mut lo)) {
-        [*hi, *lo] = twofold::two_product(tau, *hi);
-    }
-    if !dense::is_finite(doubles(&hi)) {
-        return Err(Error::overflow(format!(
-            "tau * A overflows: an entry exceeds 1.8e308 for tau = {tau:e}"
-        )));
-    }
+    let Prepared { layout, mut hi, mut lo, scales } = prepare(rows, a, tau)?;
+    let packs = hi.len();
     let norm = dense::norms(layout, &hi)[0];
     let (form, doublings);
     if pairs || recipe.in_pairs(rows) {
@@ -334,4 +324,71 @@ pub fn exponential(
         return Err(overflow());
     }
     Ok(Exponential { layout, form, hi, lo, doublings, norm })
+}
+
+/// The exact product of a number and a balanced matrix.
+struct Prepared {
+    layout: Layout,
+    hi: Vec<Eight>,
+    lo: Vec<Eight>,
+    scales: Option<Vec<i32>>,
+}
+
+fn prepare(rows: usize, a: &[f64], tau: f64) -> Result<Prepared> {
+    let layout = Layout::new(rows);
+    let packs = layout.packs(rows);
+    let (mut hi, mut lo) = (dense::zeros(packs)?, dense::zeros(packs)?);
+    dense::pack(layout, a, &mut hi);
+    // Balancing commutes with the product by tau but for overflow, which the final check finds.
+    let scales = balance::balance(layout, &mut hi);
+    for (hi, lo) in doubles_mut(&mut hi).iter_mut().zip(doubles_mut(&mut lo)) {
+        [*hi, *lo] = twofold::two_product(tau, *hi);
+    }
+    if !dense::is_finite(doubles(&hi)) {
+        return Err(Error::overflow(format!(
+            "tau * A overflows: an entry exceeds 1.8e308 for tau = {tau:e}"
+        )));
+    }
+    Ok(Prepared { layout, hi, lo, scales })
+}
+
+/// `phi_0(tau A)` to `phi_p(tau A)` of the exact product, `1 <= p <= HIGHEST_PHI`, in pairs of
+/// doubles or in doubles; `a` and the results column by column. Returns the 1-norm of `tau A`.
+///
+/// # Errors
+/// As [`exponentials`].
+pub fn phis(
+    rows: usize,
+    pairs: bool,
+    a: &[f64],
+    tau: f64,
+    outs: &mut [&mut [f64]],
+    watch: &mut Watch,
+) -> Result<f64> {
+    let Prepared { layout, hi, lo, scales } = prepare(rows, a, tau)?;
+    let norm = dense::norms(layout, &hi)[0];
+    let p = outs.len() - 1;
+    let slots = phi::slots(p);
+    let finish = |k: usize, phi: &mut [Eight], outs: &mut [&mut [f64]]| {
+        if let Some(scales) = &scales {
+            balance::restore(layout, scales, phi);
+        }
+        if dense::unpack(layout, phi, outs[k]) { Ok(()) } else { Err(overflow()) }
+    };
+    if pairs {
+        let matrices = Pairs::matrices(slots, Depth::Three);
+        let mut memory = dense::work_space(hi.len() * matrices, watch)?;
+        let mut x = Pairs::new(layout, slots, Depth::Three, &mut memory, watch);
+        x.matrix(phi::A).hi.copy_from_slice(&hi);
+        x.matrix(phi::A).lo.copy_from_slice(&lo);
+        phi::phis(&mut x, p)?;
+        (0..=p).try_for_each(|k| finish(k, x.matrix(phi::slot(k)).hi, outs))?;
+    } else {
+        let mut memory = dense::work_space(hi.len() * slots, watch)?;
+        let mut x = Doubles::new(layout, &mut memory, watch);
+        x.matrix(phi::A).copy_from_slice(&hi);
+        phi::phis(&mut x, p)?;
+        (0..=p).try_for_each(|k| finish(k, x.matrix(phi::slot(k)), outs))?;
+    }
+    Ok(norm)
 }

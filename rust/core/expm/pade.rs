@@ -27,6 +27,9 @@ const Q: Slot = 6;
 const DENOMINATOR: Slot = 7;
 const NUMERATOR: Slot = 8;
 
+/// Matrices in use.
+pub const SLOTS: usize = 9;
+
 /// The increment by `[l/m]` at the small scale, `T = D^-1 (N - D)`, then doubling.
 pub fn small_scale(
     x: &mut impl Division,

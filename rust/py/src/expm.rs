@@ -200,7 +200,7 @@ fn chosen(
 }
 
 /// The size of square matrices of this shape.
-fn square(shape: &[usize]) -> PyResult<usize> {
+pub fn square(shape: &[usize]) -> PyResult<usize> {
     match shape {
         [.., rows, columns] if rows == columns => Ok(*rows),
         _ => Err(PyValueError::new_err(format!(

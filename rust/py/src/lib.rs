@@ -4,6 +4,7 @@ mod convert;
 mod error;
 mod expm;
 mod integrate;
+mod phi;
 mod propagator;
 mod watch;
 
@@ -21,6 +22,8 @@ mod _core {
     use super::expm::expm;
     #[pymodule_export]
     use super::integrate::{Linear, integrate, methods};
+    #[pymodule_export]
+    use super::phi::phi;
     #[pymodule_export]
     use super::propagator::Propagator;
     #[pymodule_export]
