@@ -4,5 +4,6 @@ mod allocations;
 mod exponentials;
 mod labels;
 mod levels;
+mod loads;
 mod properties;
 mod restarts;

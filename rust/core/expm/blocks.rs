@@ -28,9 +28,53 @@ const REVIEW: u64 = 64;
 /// Bounds stay within this factor of each other and of 1, so that cutting cannot overflow.
 const WIDEST: f64 = 1e270;
 
-/// The machinery of one run: `batch` trajectories side by side.
+/// A run in blocks: the block of a step is what is carried.
+pub trait Walk: Send {
+    /// Steps in a block.
+    fn width(&self) -> usize;
+
+    /// Packs of memory that carry a run from block to block.
+    fn carried_len(&self) -> usize;
+
+    /// Makes the first block from the states `z`, one trajectory after the other.
+    ///
+    /// # Errors
+    /// [`Error::Overflow`](crate::Error::Overflow); what is carried is then as it was.
+    fn start(&mut self, z: &[f64], carried: &mut [Eight]) -> Result<()>;
+
+    /// Makes block number `block` (1, 2, …) from the one before it.
+    ///
+    /// # Errors
+    /// [`Error::Overflow`](crate::Error::Overflow) where its first state is not finite; what is
+    /// carried is then as it was.
+    fn advance(&mut self, block: u64, carried: &mut [Eight]) -> Result<()>;
+
+    /// Copies the states of steps `from..to` of the block out, one after the other.
+    ///
+    /// # Errors
+    /// [`Error::Overflow`](crate::Error::Overflow) at the first state that is not finite; `done`
+    /// counts the steps copied before it.
+    fn read(
+        &self,
+        carried: &[Eight],
+        from: usize,
+        to: usize,
+        rows: &mut [f64],
+        done: &mut usize,
+    ) -> Result<()>;
+
+    /// Copies the states of step `at` of the block out.
+    ///
+    /// # Errors
+    /// [`Error::Overflow`](crate::Error::Overflow) where a state is not finite; nothing is copied.
+    fn read_one(&self, carried: &[Eight], at: usize, row: &mut [f64]) -> Result<()>;
+}
+
+/// The free motion of `batch` trajectories side by side.
 pub struct Blocks {
     propagator: Arc<Propagator>,
+    /// Where the components that are shown lie; the others are stepped along.
+    shown: Layout,
     batch: usize,
     powers: usize,
     /// The block being made.
@@ -40,11 +84,17 @@ pub struct Blocks {
 }
 
 impl Blocks {
-    /// Prepares the powers of the propagator and the work space.
+    /// Prepares the powers of the propagator and the work space; the first `shown` components of
+    /// states are read.
     ///
     /// # Errors
     /// [`Error::Memory`](crate::Error::Memory); what `watch` reports.
-    pub fn new(propagator: Arc<Propagator>, batch: usize, watch: &mut Watch) -> Result<Blocks> {
+    pub fn new(
+        propagator: Arc<Propagator>,
+        shown: usize,
+        batch: usize,
+        watch: &mut Watch,
+    ) -> Result<Blocks> {
         let layout = propagator.layout();
         let powers = propagator.powers(watch)?.len();
         let packs = layout.packs(1 << (powers - 1)).saturating_mul(batch);
@@ -52,20 +102,8 @@ impl Blocks {
             Correction::Exact => Some(Exact::new(layout, powers, packs)?),
             _ => None,
         };
-        Ok(Blocks { batch, powers, next: dense::zeros(packs)?, exact, propagator })
-    }
-
-    /// Steps in a block.
-    pub fn width(&self) -> usize {
-        1 << (self.powers - 1)
-    }
-
-    /// Packs of memory that carry a run from block to block: the states of the block, and with
-    /// [`Correction::Exact`] their remainders, the bounds of the components, and the largest
-    /// magnitudes since the bounds were last reviewed.
-    pub fn carried_len(&self) -> usize {
-        let exact = self.exact.as_ref().map(|exact| exact.carried().map(<[Eight]>::len));
-        self.next.len() + exact.map_or(0, |lengths| lengths.iter().sum())
+        let shown = visible(layout, shown);
+        Ok(Blocks { shown, batch, powers, next: dense::zeros(packs)?, exact, propagator })
     }
 
     fn layout(&self) -> Layout {
@@ -77,11 +115,28 @@ impl Blocks {
         self.layout().packs(self.batch)
     }
 
-    /// Makes the first block from the states `z`, one trajectory after the other.
-    ///
-    /// # Errors
-    /// [`Error::Overflow`](crate::Error::Overflow); what is carried is then as it was.
-    pub fn start(&mut self, z: &[f64], carried: &mut [Eight]) -> Result<()> {
+    fn store(&self, carried: &mut [Eight]) {
+        let (states, mut rest) = carried.split_at_mut(self.next.len());
+        states.copy_from_slice(&self.next);
+        for part in self.exact.iter().flat_map(Exact::carried) {
+            let (here, next) = rest.split_at_mut(part.len());
+            here.copy_from_slice(part);
+            rest = next;
+        }
+    }
+}
+
+impl Walk for Blocks {
+    fn width(&self) -> usize {
+        1 << (self.powers - 1)
+    }
+
+    fn carried_len(&self) -> usize {
+        let exact = self.exact.as_ref().map(|exact| exact.carried().map(<[Eight]>::len));
+        self.next.len() + exact.map_or(0, |lengths| lengths.iter().sum())
+    }
+
+    fn start(&mut self, z: &[f64], carried: &mut [Eight]) -> Result<()> {
         let mut done = self.step_packs();
         self.next.fill(Eight::ZERO);
         dense::pack(self.layout(), z, &mut self.next[..done]);
@@ -102,12 +157,7 @@ impl Blocks {
         Ok(())
     }
 
-    /// Makes block number `block` (1, 2, …) from the one before it.
-    ///
-    /// # Errors
-    /// [`Error::Overflow`](crate::Error::Overflow) where its first state is not finite; what is
-    /// carried is then as it was.
-    pub fn advance(&mut self, block: u64, carried: &mut [Eight]) -> Result<()> {
+    fn advance(&mut self, block: u64, carried: &mut [Eight]) -> Result<()> {
         let number = self.powers - 1;
         let power = self.propagator.power(number);
         let (from, rest) = carried.split_at(self.next.len());
@@ -123,22 +173,7 @@ impl Blocks {
         Ok(())
     }
 
-    fn store(&self, carried: &mut [Eight]) {
-        let (states, mut rest) = carried.split_at_mut(self.next.len());
-        states.copy_from_slice(&self.next);
-        for part in self.exact.iter().flat_map(Exact::carried) {
-            let (here, next) = rest.split_at_mut(part.len());
-            here.copy_from_slice(part);
-            rest = next;
-        }
-    }
-
-    /// Copies the states of steps `from..to` of the block out, one after the other.
-    ///
-    /// # Errors
-    /// [`Error::Overflow`](crate::Error::Overflow) at the first state that is not finite; `done`
-    /// counts the steps copied before it.
-    pub fn read(
+    fn read(
         &self,
         carried: &[Eight],
         from: usize,
@@ -148,11 +183,11 @@ impl Blocks {
     ) -> Result<()> {
         let one = self.step_packs();
         let states = &carried[from * one..to * one];
-        if dense::unpack(self.layout(), states, rows) {
+        if dense::unpack(self.shown, states, rows) {
             *done += to - from;
             return Ok(());
         }
-        let row_len = self.batch * self.layout().rows;
+        let row_len = self.batch * self.shown.rows;
         for (at, row) in (from..to).zip(rows.chunks_exact_mut(row_len)) {
             self.read_one(carried, at, row)?;
             *done += 1;
@@ -160,33 +195,34 @@ impl Blocks {
         Ok(())
     }
 
-    /// Copies the states of step `at` of the block out.
-    ///
-    /// # Errors
-    /// [`Error::Overflow`](crate::Error::Overflow) where a state is not finite; nothing is copied.
-    pub fn read_one(&self, carried: &[Eight], at: usize, row: &mut [f64]) -> Result<()> {
+    fn read_one(&self, carried: &[Eight], at: usize, row: &mut [f64]) -> Result<()> {
         let one = self.step_packs();
         let states = &carried[at * one..][..one];
         if !dense::is_finite(doubles(states)) {
             return Err(state_overflow());
         }
-        dense::unpack(self.layout(), states, row);
+        dense::unpack(self.shown, states, row);
         Ok(())
     }
 }
 
-fn plain(layout: Layout, power: &Power, from: &[Eight], to: &mut [Eight]) {
+/// The layout of the first `rows` rows of columns.
+pub(super) fn visible(layout: Layout, rows: usize) -> Layout {
+    Layout { rows, height: rows.div_ceil(8), stride: layout.stride }
+}
+
+pub(super) fn plain(layout: Layout, power: &Power, from: &[Eight], to: &mut [Eight]) {
     let add = (power.form == Form::Increment).then_some((1.0, from));
     let columns = to.len() / layout.stride;
     dispatch(Product { layout, columns, a: &power.hi, b: from, add, c: to });
 }
 
 /// Remainders of states, the bounds of components, and propagators cut for them.
-struct Exact {
+pub(super) struct Exact {
     layout: Layout,
     grain: f64,
     /// Remainders of the block being made.
-    e: Vec<Eight>,
+    pub(super) e: Vec<Eight>,
     bounds: Vec<Eight>,
     maxima: Vec<Eight>,
     /// Propagators cut for the bounds of the moment, one a power.
@@ -203,7 +239,7 @@ struct Cut {
 }
 
 impl Exact {
-    fn new(layout: Layout, powers: usize, packs: usize) -> Result<Exact> {
+    pub(super) fn new(layout: Layout, powers: usize, packs: usize) -> Result<Exact> {
         Ok(Exact {
             layout,
             grain: power_of_two(-slice_bits(layout.rows)),
@@ -217,11 +253,11 @@ impl Exact {
     }
 
     /// What is carried from block to block.
-    fn carried(&self) -> [&[Eight]; 3] {
+    pub(super) fn carried(&self) -> [&[Eight]; 3] {
         [&self.e, &self.bounds, &self.maxima]
     }
 
-    fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         for part in [&mut self.e, &mut self.bounds, &mut self.maxima] {
             part.fill(Eight::ZERO);
         }
@@ -253,20 +289,25 @@ impl Exact {
         to: &mut [Eight],
     ) -> Result<()> {
         let (from_e, rest) = carried.split_at(self.e.len());
-        let (bounds, maxima) = rest.split_at(self.layout.stride);
-        self.bounds.copy_from_slice(bounds);
-        self.maxima.copy_from_slice(maxima);
-        if block.is_multiple_of(REVIEW) {
-            review(self.layout, &mut self.bounds, &mut self.maxima);
-        }
+        self.resume(block, rest);
         let mut to_e = std::mem::take(&mut self.e);
         let done = self.multiply(number, power, [from, from_e], [to, &mut to_e]);
         self.e = to_e;
         done
     }
 
+    /// Takes up the bounds that were carried.
+    pub(super) fn resume(&mut self, block: u64, carried: &[Eight]) {
+        let (bounds, maxima) = carried.split_at(self.layout.stride);
+        self.bounds.copy_from_slice(bounds);
+        self.maxima.copy_from_slice(maxima);
+        if block.is_multiple_of(REVIEW) {
+            review(self.layout, &mut self.bounds, &mut self.maxima);
+        }
+    }
+
     /// States `z + e` times a power of the propagator.
-    fn multiply(
+    pub(super) fn multiply(
         &mut self,
         number: usize,
         power: &Power,

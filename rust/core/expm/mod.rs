@@ -5,6 +5,7 @@ mod balance;
 mod blocks;
 mod coefficients;
 mod doubling;
+mod driven;
 mod lu;
 mod pade;
 mod phi;
@@ -12,8 +13,9 @@ mod propagator;
 mod sid;
 mod small;
 
-pub use blocks::Blocks;
+pub use blocks::{Blocks, Walk};
 pub use doubling::Form;
+pub use driven::Driven;
 pub use phi::HIGHEST as HIGHEST_PHI;
 pub use propagator::{Correction, Propagator};
 

@@ -7,23 +7,35 @@ use std::sync::Arc;
 
 use super::{Bound, MethodInfo, Needs, OptionInfo, Options, State, Step, Stepper, Value, Work};
 use crate::error::{Error, Result};
-use crate::expm::{Blocks, Correction, Propagator, Recipe, Scheme};
+use crate::expm::{Blocks, Correction, Driven, Propagator, Recipe, Scheme, Walk};
 use crate::linalg::dense::Watch;
 use crate::propagate::Clock;
 use crate::system::Problem;
 
 /// Blocks walked step by step: the block of step `k` is what is carried.
-struct LinearSteps {
-    blocks: Blocks,
+struct LinearSteps<W> {
+    blocks: W,
+    /// The state, and what is stepped along with it: what a run starts from.
+    first: Vec<f64>,
+    /// Components of the state.
+    shown: usize,
 }
 
-impl LinearSteps {
+impl<W: Walk> LinearSteps<W> {
+    /// `along`: what is stepped along with a state of `shown` components.
+    fn new(blocks: W, shown: usize, along: &[f64]) -> Self {
+        let mut first = vec![0.0; shown];
+        first.extend_from_slice(along);
+        LinearSteps { blocks, first, shown }
+    }
+
     /// Makes the block that holds step `k` from what is carried; returns the step's place in it.
     fn prepare(&mut self, k: u64, state: &mut State, work: &mut Work) -> Result<usize> {
         let width = self.blocks.width() as u64;
         if k == 1 {
             // Step 0 is where a run starts: its block is made from the state itself.
-            self.blocks.start(&state.z, &mut state.carried)?;
+            self.first[..self.shown].copy_from_slice(&state.z);
+            self.blocks.start(&self.first, &mut state.carried)?;
             work.products += u64::from(width.ilog2());
         }
         if k.is_multiple_of(width) {
@@ -34,7 +46,7 @@ impl LinearSteps {
     }
 }
 
-impl<S: ?Sized> Stepper<S> for LinearSteps {
+impl<W: Walk, S: ?Sized> Stepper<S> for LinearSteps<W> {
     fn carried_len(&self) -> usize {
         self.blocks.carried_len()
     }
@@ -99,8 +111,9 @@ pub fn trajectory_method(
     batch: usize,
     watch: &mut Watch,
 ) -> Result<Box<dyn Step>> {
-    let blocks = Blocks::new(propagator, batch, watch)?;
-    Ok(Box::new(Bound::<_, ()>::new(LinearSteps { blocks }, Arc::new(()), String::new())))
+    let rows = propagator.rows();
+    let steps = LinearSteps::new(Blocks::new(propagator, rows, batch, watch)?, batch * rows, &[]);
+    Ok(Box::new(Bound::<_, ()>::new(steps, Arc::new(()), String::new())))
 }
 
 const CORRECTION: OptionInfo = OptionInfo {
@@ -217,15 +230,26 @@ fn build(
     // A polished PIM would be symplectic, which the paper's is not: only on request.
     let plain = matches!(recipe.scheme, Scheme::Pim(_)).then_some(Correction::None);
     let correction = correction.or(plain);
-    let rows = problem.flow().len();
-    let propagator = Propagator::new(rows, system.matrix(), h, recipe.check()?, correction, watch)?;
+    let shown = problem.flow().len();
+    let along = system.generated();
+    let size = shown + along.len();
+    let propagator = Propagator::new(size, &system.whole(), h, recipe.check()?, correction, watch)?;
     let why = match (why, propagator.correction) {
         (why, Correction::Exact) => join(why, "state kept correctly rounded"),
         (why, Correction::Polish) => join(why, "symplectic polish: A is Hamiltonian"),
         (why, Correction::None) => why.to_string(),
     };
-    let blocks = Blocks::new(Arc::new(propagator), 1, watch)?;
-    Ok(Box::new(Bound::new(LinearSteps { blocks }, system.clone(), why)))
+    let (propagator, system) = (Arc::new(propagator), system.clone());
+    Ok(match system.load().cloned() {
+        Some(load) if load.is_sampled() => {
+            let steps = Driven::new(propagator, load, shown, watch)?;
+            Box::new(Bound::new(LinearSteps::new(steps, shown, along), system.clone(), why))
+        }
+        _ => {
+            let steps = Blocks::new(propagator, shown, 1, watch)?;
+            Box::new(Bound::new(LinearSteps::new(steps, shown, along), system.clone(), why))
+        }
+    })
 }
 
 fn join(why: &str, more: &str) -> String {

@@ -1,15 +1,20 @@
-//! `z' = A z`.
+//! `z' = A z + f(t)`.
 
-use super::{Flow, Hamiltonian};
+use std::sync::Arc;
+
+use super::{Flow, Generator, Hamiltonian, Load};
 use crate::error::{Error, Result};
 use crate::linalg::kernel::Layout;
 use crate::linalg::{dense, symplectic, twofold};
 
-/// A homogeneous linear system.
+/// A linear system with constant coefficients.
+#[derive(Clone)]
 pub struct Linear {
     rows: usize,
     a: Vec<f64>,
     hamiltonian: bool,
+    load: Option<Arc<dyn Load>>,
+    generator: Generator,
 }
 
 impl Linear {
@@ -34,12 +39,53 @@ impl Linear {
         // The transposed matrix, which is Hamiltonian when A is.
         dense::pack(layout, &a, &mut packed);
         let hamiltonian = symplectic::is_hamiltonian(layout, &packed);
-        Ok(Linear { rows, a, hamiltonian })
+        Ok(Linear { rows, a, hamiltonian, load: None, generator: Generator::default() })
+    }
+
+    /// The same system under a load, of which `generator` makes what is in closed form.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for sizes that do not fit.
+    pub fn with_load(&self, load: Arc<dyn Load>, generator: Generator) -> Result<Linear> {
+        let size = generator.start.len();
+        if generator.inputs.len() != self.rows * size || generator.matrix.len() != size * size {
+            return Err(Error::argument(format!(
+                "load: a generator of {size} components needs {} x {size} inputs and a {size} x \
+                 {size} matrix",
+                self.rows
+            )));
+        }
+        Ok(Linear { load: Some(load), generator, ..self.clone() })
     }
 
     /// The matrix, row by row.
     pub fn matrix(&self) -> &[f64] {
         &self.a
+    }
+
+    /// The load.
+    pub fn load(&self) -> Option<&Arc<dyn Load>> {
+        self.load.as_ref()
+    }
+
+    /// What is stepped along with the state, at the start of the run.
+    pub fn generated(&self) -> &[f64] {
+        &self.generator.start
+    }
+
+    /// `[A B; 0 Gamma]`, row by row: the matrix of the state and what is stepped along with it.
+    pub fn whole(&self) -> Vec<f64> {
+        let (m, k) = (self.rows, self.generator.start.len());
+        let mut whole = Vec::with_capacity((m + k) * (m + k));
+        for i in 0..m {
+            whole.extend_from_slice(&self.a[i * m..][..m]);
+            whole.extend_from_slice(&self.generator.inputs[i * k..][..k]);
+        }
+        for i in 0..k {
+            whole.resize(whole.len() + m, 0.0);
+            whole.extend_from_slice(&self.generator.matrix[i * k..][..k]);
+        }
+        whole
     }
 
     /// Whether `A` is Hamiltonian to rounding, so that there is an energy.
@@ -53,9 +99,13 @@ impl Flow for Linear {
         self.rows
     }
 
-    fn rate(&self, _t: f64, z: &[f64], f: &mut [f64]) -> Result<()> {
+    fn rate(&self, t: f64, z: &[f64], f: &mut [f64]) -> Result<()> {
+        match &self.load {
+            Some(load) => load.value(t, f)?,
+            None => f.fill(0.0),
+        }
         for (f, row) in f.iter_mut().zip(self.a.chunks_exact(self.rows)) {
-            *f = row.iter().zip(z).map(|(a, z)| a * z).sum();
+            *f += row.iter().zip(z).map(|(a, z)| a * z).sum::<f64>();
         }
         Ok(())
     }

@@ -1,10 +1,12 @@
 //! What can be integrated.
 
 mod linear;
+mod load;
 
 use std::sync::Arc;
 
 pub use linear::Linear;
+pub use load::{Generator, Load};
 
 use crate::error::Result;
 use crate::linalg::kernel::{Eight, doubles, doubles_mut};
