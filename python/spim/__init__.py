@@ -6,7 +6,7 @@ can trust overnight. The numbers are crunched in Rust; a state is ``z = [q; p]``
 Start with `expm`, `Propagator`, or `integrate` and a system such as `LinearSystem`.
 """
 
-from spim import models
+from spim import damping, loads, models
 from spim._core import (
     InternalError,
     ModelError,
@@ -23,6 +23,7 @@ from spim._discretize import discretize, discretize_noise
 from spim._integrate import integrate
 from spim._methods import methods
 from spim._solution import Solution
+from spim._structural import StructuralSystem
 from spim._systems import LinearSystem
 from spim._versions import __version__, show_versions
 
@@ -35,13 +36,16 @@ __all__ = [
     "SingularMatrixError",
     "Solution",
     "SpimError",
+    "StructuralSystem",
     "UnsupportedError",
     "__version__",
+    "damping",
     "discretize",
     "discretize_noise",
     "expm",
     "integrate",
     "kernel_level",
+    "loads",
     "methods",
     "models",
     "phi",

@@ -2,10 +2,10 @@
 
 import warnings
 
-from spim import _core
 from spim._progress import reporter
 from spim._solution import Solution
 from spim._systems import LinearSystem
+from spim._walk import walk
 
 
 def integrate(
@@ -72,21 +72,33 @@ def integrate(
         raise TypeError(f"method: must be a string, got {type(method).__name__}")
     t0, t1 = _span(t_span)
     with reporter(progress) as report:
-        run = _core.integrate(
-            system._core, z0, t0, t1, _number("step", step), method, every, options, report
-        )
+        run = walk(system, z0, t0, t1, _number("step", step), method, every, options, report)
     if run["uneven"]:
         warnings.warn(
             f"the span {t1 - t0:g} is no multiple of the step {step:g}: "
             f"equal steps of {abs(run['h']):.17g} are taken",
             stacklevel=2,
         )
+    _warn_beyond(system, t0, t1)
     solution = Solution(system, run, options)
     error = run["error"]
     if error is not None and (throw or not isinstance(error, Exception)):
         error.partial = solution
         raise error
     return solution
+
+
+def _warn_beyond(system, t0, t1):
+    """Says so where a run leaves a record."""
+    for begin, end in system.load.spans() if system.load is not None else ():
+        slack = 1e-9 * (end - begin)
+        if min(t0, t1) < begin - slack or max(t0, t1) > end + slack:
+            warnings.warn(
+                f"the run, {min(t0, t1):g} .. {max(t0, t1):g}, leaves the record, {begin:g} .. "
+                f"{end:g}: the load is zero there",
+                stacklevel=3,
+            )
+            return
 
 
 def _span(t_span):

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from spim import _core
+from spim._core import UnsupportedError
+from spim._walk import walk
 
 
 class Solution:
@@ -59,6 +60,21 @@ class Solution:
         return self.z[:, self._half() :]
 
     @property
+    def v(self):
+        """Velocities q', (k, n), of a structure."""
+        return self._structure("velocities").velocity(self.z)
+
+    @property
+    def a(self):
+        """Accelerations q'', (k, n), of a structure under its load."""
+        return self._structure("accelerations").acceleration(self.z, self.t)
+
+    def _structure(self, what):
+        if not hasattr(self.system, "velocity"):
+            raise UnsupportedError(f"{type(self.system).__name__} has no {what}; structures have")
+        return self.system
+
+    @property
     def nfev(self):
         """Evaluations of the right side."""
         return self.stats["evaluations"]
@@ -109,8 +125,8 @@ class Solution:
     def _state(self, row, t):
         if t == self.t[row]:
             return self.z[row]
-        run = _core.integrate(
-            self.system._core,
+        run = walk(
+            self.system,
             self.z[row],
             float(self.t[row]),
             t,
@@ -118,7 +134,6 @@ class Solution:
             self._name,
             1,
             self._options,
-            None,
         )
         if run["error"] is not None:
             raise run["error"]

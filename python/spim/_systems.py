@@ -3,15 +3,18 @@
 import numpy as np
 
 from spim import _core
+from spim.loads import Load
 
 
 class LinearSystem:
-    """A homogeneous linear system ``z' = A z``.
+    """A linear system with constant coefficients, ``z' = A z + f(t)``.
 
     Parameters
     ----------
     A : array_like (m, m)
         Real, finite. Per unit of time.
+    load : spim.loads.Load, optional
+        f(t), m components.
 
     Raises
     ------
@@ -21,10 +24,28 @@ class LinearSystem:
         Not real numbers.
     """
 
-    def __init__(self, A):
+    def __init__(self, A, load=None):
         self._core = _core.Linear(A)
         self._A = self._core.A
         self._A.flags.writeable = False
+        self._input = np.eye(len(self._A))
+        self._set_load(load, len(self._A), None)
+
+    def _set_load(self, load, size, mass):
+        self._load = load
+        self._bound_load = None
+        if isinstance(load, Load):
+            self._bound_load = load._bound(size, mass)
+        elif load is not None:
+            raise TypeError(
+                f"load: must be a load from spim.loads, got {type(load).__name__}; "
+                "spim.loads.Function(f) makes one of a function"
+            )
+
+    @property
+    def load(self):
+        """The load, or None."""
+        return self._load
 
     @property
     def A(self):
@@ -42,7 +63,7 @@ class LinearSystem:
         return self._core.hamiltonian
 
     def energy(self, z):
-        """Energy ``z^T S z / 2``, ``S = J^-1 A``, evaluated in pairs of doubles.
+        """Energy ``z^T S z / 2``, ``S = J^-1 A``, of the free system, in pairs of doubles.
 
         Parameters
         ----------

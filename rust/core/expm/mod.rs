@@ -17,6 +17,7 @@ pub use blocks::{Blocks, Walk};
 pub use doubling::Form;
 pub use driven::Driven;
 pub use phi::HIGHEST as HIGHEST_PHI;
+use propagator::transpose;
 pub use propagator::{Correction, Propagator};
 
 use arithmetic::{Arithmetic, Division, Doubles, Pairs};
@@ -393,4 +394,34 @@ pub fn phis(
         (0..=p).try_for_each(|k| finish(k, x.matrix(phi::slot(k)), outs))?;
     }
     Ok(norm)
+}
+
+/// `D^-1 B` of square matrices, row by row, refined in pairs of doubles and rounded once.
+///
+/// # Errors
+/// [`Error::Singular`], [`Error::Memory`].
+pub fn quotient(
+    rows: usize,
+    d: &[f64],
+    b: &[f64],
+    out: &mut [f64],
+    watch: &mut Watch,
+) -> Result<()> {
+    const D: usize = 0;
+    const B: usize = 1;
+    const SPARE: usize = 2;
+    const X: usize = 3;
+    let layout = Layout::new(rows);
+    let matrices = Pairs::matrices(4, Depth::Three);
+    let mut memory = dense::work_space(layout.packs(rows) * matrices, watch)?;
+    let mut x = Pairs::new(layout, 4, Depth::Three, &mut memory, watch);
+    for (slot, matrix) in [(D, d), (B, b)] {
+        dense::pack(layout, matrix, x.matrix(slot).hi);
+        x.matrix(slot).lo.fill(Eight::ZERO);
+        // Row by row was the transposed matrix.
+        transpose(layout, x.matrix(slot).hi);
+    }
+    x.solve(D, B, SPARE, X)?;
+    transpose(layout, x.matrix(X).hi);
+    if dense::unpack(layout, x.matrix(X).hi, out) { Ok(()) } else { Err(overflow()) }
 }

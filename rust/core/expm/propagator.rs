@@ -273,7 +273,8 @@ pub(super) fn state_overflow() -> Box<Error> {
     )
 }
 
-fn transpose(layout: Layout, x: &mut [Eight]) {
+/// Exchanges rows and columns.
+pub(super) fn transpose(layout: Layout, x: &mut [Eight]) {
     let (m, ld) = (layout.rows, layout.doubles());
     let x = doubles_mut(x);
     for j in 0..m {

@@ -14,6 +14,7 @@ use spim::system::{self, Flow, Hamiltonian, Problem};
 use crate::convert::{self, real, slice, slice_mut};
 use crate::error::{from_python, guarded, to_python};
 use crate::expm::shown;
+use crate::load::Acting;
 use crate::watch;
 
 /// A homogeneous linear system `z' = A z`, as the core holds it.
@@ -98,10 +99,11 @@ impl Linear {
 ///
 /// Returns a dict: t, z, h, steps, uneven, choice, work, error (None or the exception), stopped.
 #[pyfunction]
-#[pyo3(signature = (system, z0, t0, t1, step, method, every, options, progress))]
+#[pyo3(signature = (system, load, z0, t0, t1, step, method, every, options, progress))]
 #[allow(clippy::too_many_arguments)]
 pub fn integrate<'py>(
     system: &Bound<'py, Linear>,
+    load: Option<&Bound<'py, PyAny>>,
     z0: &Bound<'py, PyAny>,
     t0: f64,
     t1: f64,
@@ -112,7 +114,11 @@ pub fn integrate<'py>(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let py = system.py();
-    let linear = system.get().system.clone();
+    let mut linear = system.get().system.clone();
+    if let Some(load) = load {
+        let (load, generator) = Acting::new(load)?;
+        linear = Arc::new(linear.with_load(Arc::new(load), generator).map_err(to_python)?);
+    }
     let m = linear.len();
     let z0 = real("z0", z0)?;
     if z0.shape() != [m] {
@@ -169,6 +175,13 @@ pub fn integrate<'py>(
     result.set_item("error", error.map(|error| error.into_value(py)))?;
     result.set_item("stopped", stopped)?;
     Ok(result)
+}
+
+/// The grid of a run: signed step, number of steps, and whether the span was no multiple of the step.
+#[pyfunction]
+pub fn grid(t0: f64, t1: f64, step: f64) -> PyResult<(f64, u64, bool)> {
+    let (clock, uneven) = Clock::new(t0, t1, step).map_err(to_python)?;
+    Ok((clock.h, clock.steps, uneven))
 }
 
 /// Signals, then progress as the fraction of steps done and the time reached.

@@ -4,6 +4,8 @@ mod convert;
 mod error;
 mod expm;
 mod integrate;
+mod load;
+mod matrices;
 mod phi;
 mod propagator;
 mod watch;
@@ -21,7 +23,9 @@ mod _core {
     #[pymodule_export]
     use super::expm::expm;
     #[pymodule_export]
-    use super::integrate::{Linear, integrate, methods};
+    use super::integrate::{Linear, grid, integrate, methods};
+    #[pymodule_export]
+    use super::matrices::{quadratic, solve};
     #[pymodule_export]
     use super::phi::phi;
     #[pymodule_export]

@@ -1,0 +1,149 @@
+"""A load at work on a linear system in one run: what the core asks of it."""
+
+import math
+
+import numpy as np
+
+from spim._core import phi
+from spim.loads import _Interpolated, _Pieces
+
+# Breakpoints this near a grid point, in steps, lie on it.
+NEAR = 1e-9
+
+# Different distances of breakpoints from grid points for which exponentials are kept.
+MOST_DISTANCES = 4096
+
+
+class Acting:
+    """A bound load on ``z' = A z + E f(t)`` over the grid ``t0 + k h``, ``0 <= k < steps``.
+
+    `inputs`, `matrix` and `start` generate what is in closed form, ``f = inputs g``, ``g' = matrix
+    g``; `impulses` integrates the rest over each step.
+    """
+
+    def __init__(self, A, E, load, t0, h, steps):
+        self._E, self._load = E, load
+        self.inputs, self.matrix, self.start = _generator(load._terms, E, t0)
+        self._parts = [_at_work(A, E, part, factor, t0, h) for part, factor in load._parts]
+        self.sampled = bool(self._parts)
+        self._steps, self._width = steps, len(A)
+
+    def value(self, t):
+        """``E f(t)``."""
+        return self._E @ self._load(t)
+
+    def impulses(self, k, count):
+        """Impulses of steps k, k + 1, ..: `count` numbers, a row a step; zero beyond the run."""
+        rows = np.zeros((count // self._width, self._width))
+        inside = min(len(rows), self._steps - k)
+        if inside > 0:
+            for part in self._parts:
+                part.add(k, rows[:inside])
+        return rows
+
+
+def _generator(terms, E, t0):
+    """Closed form as a linear system of its own, per exponent a chain of powers of time."""
+    inputs, blocks, start = [np.zeros((len(E), 0))], [], []
+    for exponent, coefficients in terms.items():
+        real = exponent.imag == 0.0
+        degree = len(coefficients) - 1
+        width = 1 if real else 2
+        block = np.zeros((width * (degree + 1),) * 2)
+        rotation = np.array([[exponent.real, -exponent.imag], [exponent.imag, exponent.real]])
+        unit = np.exp(exponent * t0)
+        for j, row in enumerate(coefficients):
+            here = slice(width * j, width * (j + 1))
+            # g_j = t^j/j! exp(exponent t), real and imaginary part.
+            block[here, here] = rotation[:width, :width]
+            if j:
+                block[here, slice(width * (j - 1), width * j)] = np.eye(width)
+            g = unit * t0**j / math.factorial(j)
+            start.extend([g.real, g.imag][:width])
+            column = math.factorial(j) * np.array([row.real, -row.imag][:width]).T
+            inputs.append(E @ column)
+        blocks.append(block)
+    size = len(start)
+    matrix = np.zeros((size, size))
+    at = 0
+    for block in blocks:
+        matrix[at : at + len(block), at : at + len(block)] = block
+        at += len(block)
+    return np.hstack(inputs), matrix, np.array(start)
+
+
+def _at_work(A, E, part, factor, t0, h):
+    B = factor * (E if part.direction is None else E @ part.direction[:, None])
+    kinds = {_Pieces: _PiecesAtWork, _Interpolated: _InterpolatedAtWork}
+    return kinds[type(part)](A, B, part, t0, h)
+
+
+class _PiecesAtWork:
+    def __init__(self, A, B, pieces, t0, h):
+        self._A, self._B, self._h = A, B, h
+        x = (pieces.edges - t0) / h
+        left, right = pieces.left, pieces.right
+        if h < 0.0:
+            x, left, right = x[::-1], right[::-1], left[::-1]
+        grid = np.round(x)
+        x = np.where(np.abs(x - grid) <= NEAR * np.maximum(1.0, np.abs(grid)), grid, x)
+        zero = np.zeros((1, left.shape[1]))
+        slopes = np.vstack([(right - left) / np.diff(x)[:, None], zero])
+        lefts = np.vstack([left, zero])
+        self._x, self._lefts, self._slopes = x, lefts, slopes
+        # What changes at each edge.
+        self._jumps = lefts - np.vstack([zero, right])
+        self._bends = slopes - np.vstack([zero, slopes[:-1]])
+        _, first, second = phi(A, 2, tau=h)
+        self._constant, self._linear = h * (first @ B).T, h * (second @ B).T
+        self._within = {}
+
+    def add(self, k, rows):
+        """Adds the impulses of steps k, k + 1, .. to `rows`."""
+        x = np.arange(k, k + len(rows), dtype=float)
+        piece = np.searchsorted(self._x, x, side="right") - 1
+        inside = piece >= 0
+        piece, at = piece[inside], x[inside]
+        slope = self._slopes[piece]
+        value = self._lefts[piece] + slope * (at - self._x[piece])[:, None]
+        rows[inside] += value @ self._constant + slope @ self._linear
+        first, last = np.searchsorted(self._x, [k, k + len(rows)])
+        for edge in range(first, last):
+            step = math.floor(self._x[edge])
+            if step == self._x[edge]:
+                continue
+            jump, bend = self._from(step + 1.0 - self._x[edge])
+            rows[step - k] += self._jumps[edge] @ jump + self._bends[edge] @ bend
+
+    def _from(self, rest):
+        """What a jump and a bend do over the rest of a step."""
+        key = round(rest, 12)
+        if key not in self._within:
+            if len(self._within) >= MOST_DISTANCES:
+                self._within.clear()
+            tau = rest * self._h
+            _, first, second = phi(self._A, 2, tau=tau)
+            jump, bend = tau * (first @ self._B).T, tau * rest * (second @ self._B).T
+            self._within[key] = jump, bend
+        return self._within[key]
+
+
+class _InterpolatedAtWork:
+    def __init__(self, A, B, part, t0, h):
+        self._part, self._t0, self._h = part, t0, h
+        count = part.degree + 1
+        nodes, _ = np.polynomial.legendre.leggauss(count)
+        self._nodes = 0.5 * (1.0 + nodes)
+        # Coefficients of powers of s/h from values at the nodes.
+        powers = np.linalg.inv(np.vander(self._nodes, count, increasing=True))
+        functions = phi(A, count, tau=h)
+        impulses = [h * math.factorial(j) * (functions[j + 1] @ B).T for j in range(count)]
+        self._weights = np.einsum("ji,jnm->inm", powers, impulses)
+
+    def add(self, k, rows):
+        """Adds the impulses of steps k, k + 1, .. to `rows`."""
+        steps = np.arange(k, k + len(rows))
+        for node, weights in zip(self._nodes, self._weights, strict=True):
+            times = self._t0 + (steps + node) * self._h
+            values = np.array([self._part._value(float(t)) for t in times])
+            rows += values @ weights

@@ -1,0 +1,191 @@
+"""Structures: ``M q'' + (C + G) q' + K q = f(t)``."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from spim import _core
+from spim._arrays import cholesky, finite, matrix, mode_shapes, symmetric
+from spim._systems import LinearSystem
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Modes of a structure without damping and gyroscopic terms.
+
+    Attributes
+    ----------
+    frequencies : ndarray (k,)
+        rad/s, ascending; 0 for rigid modes.
+    shapes : ndarray (n, k)
+        Columns, mass-normalised: ``shapes^T M shapes = I``.
+    damping_ratios : ndarray (k,)
+        Of the diagonal of ``shapes^T C shapes``; nan for rigid modes.
+    participation : ndarray (k,)
+        ``shapes^T M r``, r all ones: what each mode takes from a common acceleration.
+    """
+
+    frequencies: np.ndarray
+    shapes: np.ndarray
+    damping_ratios: np.ndarray
+    participation: np.ndarray
+
+
+class StructuralSystem(LinearSystem):
+    """A linear structure, ``M q'' + (C + G) q' + K q = f(t)``.
+
+    As a system of first order its state is ``z = [q; p]`` with the momenta ``p = M q' + G q / 2``;
+    `state` makes it of displacements and velocities.
+
+    Parameters
+    ----------
+    mass : array_like (n, n)
+        M, symmetric positive definite. All matrices may be sparse.
+    stiffness : array_like (n, n)
+        K, symmetric; singular where there are rigid modes.
+    damping : array_like (n, n), optional
+        C; see `spim.damping`.
+    gyroscopic : array_like (n, n), optional
+        G, skew-symmetric.
+    load : spim.loads.Load, optional
+        f(t), n components.
+
+    Raises
+    ------
+    ValueError
+        A mass that is not positive definite (the degree of freedom is named), a matrix that is not
+        symmetric or skew to 1e-10 of its largest entry, sizes that do not match, entries that are
+        not finite.
+    TypeError
+        Not real numbers; a load that is none.
+    """
+
+    def __init__(self, mass, stiffness, damping=None, gyroscopic=None, load=None):
+        M = symmetric("mass", matrix("mass", mass))
+        n = len(M)
+        K = symmetric("stiffness", matrix("stiffness", stiffness, n))
+        C = np.zeros((n, n)) if damping is None else matrix("damping", damping, n)
+        G = np.zeros((n, n))
+        if gyroscopic is not None:
+            G = symmetric("gyroscopic", matrix("gyroscopic", gyroscopic, n), -1.0)
+        cholesky("mass", M)
+        inverse = _core.solve(M, np.eye(n))
+        inverse = 0.5 * (inverse + inverse.T)
+        self.mass, self.stiffness, self.damping, self.gyroscopic = M, K, C, G
+        self._inverse = inverse
+        for array in (M, K, C, G):
+            array.flags.writeable = False
+        across = C + 0.5 * G
+        A = np.zeros((2 * n, 2 * n))
+        A[:n, :n] = -0.5 * inverse @ G
+        A[:n, n:] = inverse
+        A[n:, :n] = 0.5 * across @ inverse @ G - K
+        A[n:, n:] = -across @ inverse
+        super().__init__(A, load=None)
+        self._input = np.vstack([np.zeros((n, n)), np.eye(n)])
+        self._set_load(load, n, M)
+
+    @property
+    def dof(self):
+        """Number n of degrees of freedom."""
+        return len(self.mass)
+
+    def state(self, q=None, v=None):
+        """The state of displacements and velocities.
+
+        Parameters
+        ----------
+        q, v : array_like (n,), optional
+            Displacements and velocities; zero by default.
+
+        Returns
+        -------
+        ndarray (2 n,)
+        """
+        n = self.dof
+        q = np.zeros(n) if q is None else finite("q", q, (n,))
+        v = np.zeros(n) if v is None else finite("v", v, (n,))
+        return np.concatenate([q, self.mass @ v + 0.5 * self.gyroscopic @ q])
+
+    def velocity(self, z):
+        """Velocities q' of states, (..., 2 n) -> (..., n)."""
+        z = np.asarray(z, float)
+        q, p = z[..., : self.dof], z[..., self.dof :]
+        return (p - 0.5 * q @ self.gyroscopic.T) @ self._inverse
+
+    def acceleration(self, z, t=None):
+        """Accelerations q'' of states, (..., 2 n) -> (..., n), under the load at times `t`."""
+        q, v = np.asarray(z, float)[..., : self.dof], self.velocity(z)
+        force = -q @ self.stiffness - v @ (self.damping + self.gyroscopic).T
+        if self._bound_load is not None and t is not None:
+            force = force + self._bound_load(t)
+        return force @ self._inverse
+
+    def kinetic_energy(self, z):
+        """``q'^T M q' / 2`` of states, (..., 2 n) -> (...), in pairs of doubles."""
+        return _core.quadratic(self.mass, self.velocity(z))
+
+    def strain_energy(self, z):
+        """``q^T K q / 2`` of states, (..., 2 n) -> (...), in pairs of doubles."""
+        return _core.quadratic(self.stiffness, np.asarray(z, float)[..., : self.dof])
+
+    def energy(self, z):
+        """Kinetic and strain energy of states, (..., 2 n) -> (...), in pairs of doubles."""
+        return self.kinetic_energy(z) + self.strain_energy(z)
+
+    def modal(self, count=None):
+        """The lowest modes.
+
+        Parameters
+        ----------
+        count : int, optional
+            How many; all n by default.
+
+        Returns
+        -------
+        Modes
+        """
+        count = self.dof if count is None else int(count)
+        if not 1 <= count <= self.dof:
+            raise ValueError(f"count: must be 1 to {self.dof}, got {count}")
+        squares, shapes = mode_shapes(self.mass, self.stiffness)
+        # Rounding leaves rigid modes at +-u of the largest square.
+        rigid = np.abs(squares) <= self.dof * 1e-14 * np.abs(squares).max()
+        squares = np.where(rigid, 0.0, squares)
+        if (squares < 0.0).any():
+            raise ValueError("stiffness: has a negative mode; the structure is unstable")
+        squares, shapes = squares[:count], shapes[:, :count]
+        w = np.sqrt(squares)
+        damping = np.einsum("ik,ij,jk->k", shapes, self.damping, shapes)
+        ratios = np.divide(damping, 2.0 * w, out=np.full(count, np.nan), where=w > 0.0)
+        return Modes(w, shapes, ratios, shapes.T @ self.mass.sum(axis=1))
+
+    def frequency_response(self, frequencies, force=None, outputs=None):
+        """Displacements under harmonic forces, ``(K - w^2 M + i w (C + G))^-1 force``.
+
+        Parameters
+        ----------
+        frequencies : array_like (k,)
+            rad/s.
+        force : array_like (n,) or (n, r), optional
+            Amplitudes; unit forces on all degrees of freedom by default.
+        outputs : sequence of int, optional
+            Degrees of freedom wanted; all by default.
+
+        Returns
+        -------
+        ndarray (k, n) or (k, n, r), complex
+            Infinite entries raise LinAlgError: an undamped structure at resonance.
+        """
+        w = np.atleast_1d(finite("frequencies", frequencies))
+        force = np.eye(self.dof) if force is None else finite("force", force)
+        if force.ndim not in (1, 2) or len(force) != self.dof:
+            raise ValueError(f"force: must have shape ({self.dof},) or ({self.dof}, r)")
+        rate = self.damping + self.gyroscopic
+        found = np.array(
+            [
+                np.linalg.solve(self.stiffness - s * s * self.mass + 1j * s * rate, force + 0j)
+                for s in w
+            ]
+        )
+        return found if outputs is None else found[:, list(outputs)]

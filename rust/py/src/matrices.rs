@@ -1,0 +1,71 @@
+//! Matrix work in pairs of doubles for Python code.
+
+use numpy::PyUntypedArrayMethods;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use spim::linalg::twofold;
+
+use crate::convert::{self, real, slice, slice_mut};
+use crate::error::{guarded, to_python};
+use crate::expm::shown;
+use crate::watch;
+
+/// `D^-1 B` of square matrices, refined in pairs of doubles and rounded once.
+#[pyfunction]
+#[allow(non_snake_case)]
+pub fn solve<'py>(D: &Bound<'py, PyAny>, B: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    let py = D.py();
+    let (d, b) = (real("D", D)?, real("B", B)?);
+    let [rows, columns] = *d.shape() else {
+        return Err(PyValueError::new_err("D: must be a matrix"));
+    };
+    if rows != columns || b.shape() != d.shape() || rows == 0 {
+        return Err(PyValueError::new_err(format!(
+            "D and B: must be square of one size, got {} and {}",
+            shown(d.shape()),
+            shown(b.shape())
+        )));
+    }
+    let out = convert::empty(py, &[rows, rows])?;
+    let (d, b) = (slice(&d).to_vec(), slice(&b).to_vec());
+    let target = slice_mut(&out);
+    py.detach(|| guarded(|| spim::expm::quotient(rows, &d, &b, target, &mut watch::signals())))?
+        .map_err(to_python)?;
+    Ok(out.into_any())
+}
+
+/// `x^T S x / 2` of vectors, (..., n) -> (...), each rounded once; S symmetric (n, n).
+#[pyfunction]
+#[allow(non_snake_case)]
+pub fn quadratic<'py>(S: &Bound<'py, PyAny>, x: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    let py = S.py();
+    let (s, x) = (real("S", S)?, real("x", x)?);
+    let n = x.shape().last().copied().unwrap_or(0);
+    if s.shape() != [n, n] || n == 0 {
+        return Err(PyValueError::new_err(format!(
+            "S: must be ({n}, {n}) for vectors of shape {}, got {}",
+            shown(x.shape()),
+            shown(s.shape())
+        )));
+    }
+    let out = convert::empty(py, &x.shape()[..x.shape().len() - 1])?;
+    let (s, x) = (slice(&s).to_vec(), slice(&x).to_vec());
+    let forms = slice_mut(&out);
+    py.detach(|| {
+        guarded(|| {
+            let mut signals = watch::signals();
+            for (form, x) in forms.iter_mut().zip(x.chunks_exact(n)) {
+                let mut total = [0.0; 2];
+                for (row, xi) in s.chunks_exact(n).zip(x) {
+                    let product = twofold::dot(row.iter().copied(), x.iter().copied());
+                    total = twofold::sum(total, twofold::times(product, *xi));
+                }
+                *form = 0.5 * total[0];
+                signals()?;
+            }
+            Ok(())
+        })
+    })?
+    .map_err(to_python)?;
+    Ok(out.into_any())
+}
