@@ -24,9 +24,12 @@ class Acting:
     def __init__(self, A, E, load, t0, h, steps):
         self._E, self._load = E, load
         self.inputs, self.matrix, self.start = _generator(load._terms, E, t0)
-        self._parts = [_at_work(A, E, part, factor, t0, h) for part, factor in load._parts]
+        parts = [_at_work(A, E, part, factor, t0, h) for part, factor in load._parts]
+        records = [part.record() for part in parts]
+        self.records = [record for record in records if record is not None]
+        self._parts = [p for p, record in zip(parts, records, strict=True) if record is None]
         self.sampled = bool(self._parts)
-        self._steps, self._width = steps, len(A)
+        self._steps, self.width = steps, len(A)
 
     def value(self, t):
         """``E f(t)``."""
@@ -34,7 +37,7 @@ class Acting:
 
     def impulses(self, k, count):
         """Impulses of steps k, k + 1, ..: `count` numbers, a row a step; zero beyond the run."""
-        rows = np.zeros((count // self._width, self._width))
+        rows = np.zeros((count // self.width, self.width))
         inside = min(len(rows), self._steps - k)
         if inside > 0:
             for part in self._parts:
@@ -90,13 +93,25 @@ class _PiecesAtWork:
         zero = np.zeros((1, left.shape[1]))
         slopes = np.vstack([(right - left) / np.diff(x)[:, None], zero])
         lefts = np.vstack([left, zero])
-        self._x, self._lefts, self._slopes = x, lefts, slopes
+        self._x, self._lefts, self._rights, self._slopes = x, lefts, right, slopes
         # What changes at each edge.
         self._jumps = lefts - np.vstack([zero, right])
         self._bends = slopes - np.vstack([zero, slopes[:-1]])
         _, first, second = phi(A, 2, tau=h)
         self._constant, self._linear = h * (first @ B).T, h * (second @ B).T
         self._within = {}
+
+    def record(self):
+        """For the core, if there is one sample a step: values, first step, weights."""
+        begin = round(self._x[0])
+        if not np.array_equal(self._x, begin + np.arange(len(self._x))):
+            return None
+        early, late = (self._constant - self._linear).T, self._linear.T
+        if np.array_equal(self._lefts[1:-1], self._rights[:-1]):
+            return np.vstack([self._lefts[:-1], self._rights[-1:]]), begin, early, late
+        if np.array_equal(self._lefts[:-1], self._rights):
+            return self._rights, begin, self._constant.T, None
+        return None
 
     def add(self, k, rows):
         """Adds the impulses of steps k, k + 1, .. to `rows`."""
@@ -139,6 +154,9 @@ class _InterpolatedAtWork:
         functions = phi(A, count, tau=h)
         impulses = [h * math.factorial(j) * (functions[j + 1] @ B).T for j in range(count)]
         self._weights = np.einsum("ji,jnm->inm", powers, impulses)
+
+    def record(self):
+        """None: its values are found as the run goes."""
 
     def add(self, k, rows):
         """Adds the impulses of steps k, k + 1, .. to `rows`."""

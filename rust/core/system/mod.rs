@@ -6,7 +6,7 @@ mod load;
 use std::sync::Arc;
 
 pub use linear::Linear;
-pub use load::{Generator, Load};
+pub use load::{Generator, Load, Record};
 
 use crate::error::Result;
 use crate::linalg::kernel::{Eight, doubles, doubles_mut};

@@ -4,16 +4,20 @@ use numpy::PyUntypedArrayMethods;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use spim::Result;
-use spim::system::{Generator, Load};
+use spim::system::{Generator, Load, Record};
 
 use crate::convert::{check_finite, real, slice};
 use crate::error::from_python;
 use crate::expm::shown;
 
-/// An object with `inputs`, `matrix`, `start`, `sampled`, `value(t)`, `impulses(k, count)`.
+/// An object with `inputs`, `matrix`, `start`, `records`, `sampled`, `value(t)`, `impulses(k,
+/// count)`; records are tuples of values, first step, and one or two arrays of weights.
 pub struct Acting {
     object: Py<PyAny>,
+    records: Vec<Record>,
+    /// Whether there are impulses beyond those of the records.
     sampled: bool,
+    len: usize,
 }
 
 impl Acting {
@@ -28,7 +32,27 @@ impl Acting {
             start: numbers("start")?,
         };
         let sampled = object.getattr("sampled")?.is_truthy()?;
-        Ok((Acting { object: object.clone().unbind(), sampled }, generator))
+        let mut records = Vec::new();
+        for record in object.getattr("records")?.try_iter()? {
+            let (values, begin, early, late): (
+                Bound<'_, PyAny>,
+                i64,
+                Bound<'_, PyAny>,
+                Option<Bound<'_, PyAny>>,
+            ) = record?.extract()?;
+            let values = real("values", &values)?;
+            let weights = |given: &Bound<'_, PyAny>| -> PyResult<Vec<f64>> {
+                Ok(slice(&real("weights", given)?).to_vec())
+            };
+            records.push(Record {
+                width: values.shape()[1],
+                values: slice(&values).to_vec(),
+                begin,
+                weights: [weights(&early)?, late.map_or(Ok(Vec::new()), |late| weights(&late))?],
+            });
+        }
+        let len = object.getattr("width")?.extract()?;
+        Ok((Acting { object: object.clone().unbind(), records, sampled, len }, generator))
     }
 }
 
@@ -58,10 +82,20 @@ impl Load for Acting {
     }
 
     fn is_sampled(&self) -> bool {
-        self.sampled
+        self.sampled || !self.records.is_empty()
     }
 
     fn impulses(&self, k: u64, rows: &mut [f64]) -> Result<()> {
+        rows.fill(0.0);
+        if self.sampled {
+            self.called(k, rows)?;
+        }
+        self.records.iter().try_for_each(|record| record.add(k, self.len, rows))
+    }
+}
+
+impl Acting {
+    fn called(&self, k: u64, rows: &mut [f64]) -> Result<()> {
         Python::attach(|py| {
             let rows_of = self
                 .object
