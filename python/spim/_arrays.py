@@ -5,7 +5,12 @@ import numpy as np
 
 def finite(name, given, shape=None):
     """Real, finite doubles, of one shape if it is given."""
-    array = np.asarray(given)
+    if np.ma.is_masked(given):
+        raise ValueError(f"{name}: has masked entries; fill them first")
+    try:
+        array = np.asarray(given)
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from None
     if array.dtype.kind not in "biuf":
         raise TypeError(f"{name}: needs real numbers, got dtype {array.dtype}")
     array = array.astype(float)
@@ -13,7 +18,8 @@ def finite(name, given, shape=None):
         raise ValueError(f"{name}: must have shape {shape}, got {array.shape}")
     if not np.isfinite(array).all():
         index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
-        raise ValueError(f"{name}: entry {index} is {array[index]}")
+        where = f"entry {index} is" if index else "must be finite, got"
+        raise ValueError(f"{name}: {where} {array[index]}")
     return array
 
 

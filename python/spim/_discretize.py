@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from spim._arrays import finite, matrix, symmetric
 from spim._core import expm, phi
 
 
@@ -18,9 +19,9 @@ def discretize(A, B, tau, hold="zero"):
     tau : float
         Sampling interval, in the unit of time of `A`; positive.
     hold : {"zero", "first"}
-        "zero": u is constant over an interval, ``x_k+1 = Ad x_k + Bd u_k``. "first": u is linear,
-        ``x_k+1 = Ad x_k + Bd0 u_k + Bd1 u_k+1``. Both are exact but for rounding; no inverse is
-        formed, so that A may be singular.
+        "zero" (the default): u is constant over an interval, ``x_k+1 = Ad x_k + Bd u_k``. "first":
+        u is linear, ``x_k+1 = Ad x_k + Bd0 u_k + Bd1 u_k+1``. Both are exact but for rounding; no
+        inverse is formed, so that A may be singular.
 
     Returns
     -------
@@ -37,16 +38,16 @@ def discretize(A, B, tau, hold="zero"):
     OverflowError
         A result exceeds 1.8e308.
     """
-    A, B, tau = _square("A", A), _finite("B", B), _interval(tau)
+    A, B, tau = matrix("A", A), finite("B", B), _interval(tau)
     if B.ndim != 2 or len(B) != len(A):
         raise ValueError(f"B: must have shape ({len(A)}, r), got {B.shape}")
     if hold == "zero":
         Ad, first = phi(A, 1, tau=tau)
-        return Ad, tau * (first @ B)
+        return Ad, _product("Bd", tau * first, B)
     if hold == "first":
         Ad, first, second = phi(A, 2, tau=tau)
-        late = second @ B
-        return Ad, tau * (first @ B - late), tau * late
+        early = _product("Bd0", tau * (first - second), B)
+        return Ad, early, _product("Bd1", tau * second, B)
     raise ValueError(f'hold: must be "zero" or "first", got {hold!r}')
 
 
@@ -75,47 +76,52 @@ def discretize_noise(A, Q, tau):
     Raises
     ------
     ValueError
-        Sizes that do not match, entries that are not finite, `Q` not symmetric, `tau` not positive.
+        Sizes that do not match, entries that are not finite, `Q` not symmetric or with a negative
+        eigenvalue, `tau` not positive.
+    OverflowError
+        A result exceeds 1.8e308.
     """
-    A, Q, tau = _square("A", A), _square("Q", Q), _interval(tau)
+    A, Q, tau = matrix("A", A), matrix("Q", Q), _interval(tau)
     m = len(A)
     if Q.shape != A.shape:
         raise ValueError(f"Q: must have shape {A.shape}, got {Q.shape}")
-    if np.abs(Q - Q.T).max() > 1e-12 * np.abs(Q).max():
-        raise ValueError("Q: must be symmetric")
-    norm = tau * np.abs(A).sum(axis=0).max()
+    Q = symmetric("Q", Q)
+    # Of the size of A: Q enters linearly.
+    size = np.abs(Q).max() or 1.0
+    lowest = np.linalg.eigvalsh(Q / size)[0]
+    if lowest < -1e-12 * m:
+        raise ValueError(f"Q: must be positive semidefinite, has the eigenvalue {lowest * size:g}")
+    norm = tau * float(np.abs(A).sum(axis=0).max())
+    if not np.isfinite(norm):
+        raise OverflowError("tau * A exceeds 1.8e308")
+    scale = (norm or 1.0) / tau / size
     doublings = max(0, math.ceil(math.log2(norm)) + 1) if norm > 0.0 else 0
     # Powers of two times tau: each exponential is formed anew, so that no error is squared.
     intervals = tau * 0.5 ** np.arange(doublings, -1, -1)
     steps = expm(intervals[:, None, None] * A)
-    block = np.block([[A, Q], [np.zeros((m, m)), -A.T]])
+    block = np.block([[A, Q * scale], [np.zeros((m, m)), -A.T]])
     short = expm(intervals[0] * block)
     covariance = short[:m, m:] @ short[:m, :m].T
-    for step in steps[:-1]:
-        covariance = covariance + step @ covariance @ step.T
-    return steps[-1], 0.5 * (covariance + covariance.T)
+    with np.errstate(all="ignore"):
+        for step in steps[:-1]:
+            covariance = covariance + step @ covariance @ step.T
+        covariance = 0.5 * (covariance + covariance.T) / scale
+    return steps[-1], _within_doubles("Qd", covariance)
 
 
-def _finite(name, given):
-    array = np.asarray(given)
-    if array.dtype.kind not in "biuf":
-        raise TypeError(f"{name}: needs an array of real numbers, got dtype {array.dtype}")
-    array = array.astype(float)
-    if not np.isfinite(array).all():
-        index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
-        raise ValueError(f"{name}: entry {index} is {array[index]}")
-    return array
+def _product(name, one, other):
+    with np.errstate(all="ignore"):
+        return _within_doubles(name, one @ other)
 
 
-def _square(name, given):
-    array = _finite(name, given)
-    if array.ndim != 2 or array.shape[0] != array.shape[1] or not array.size:
-        raise ValueError(f"{name}: must be square and not empty, got shape {array.shape}")
-    return array
+def _within_doubles(name, result):
+    if not np.isfinite(result).all():
+        raise OverflowError(f"{name}: an entry exceeds 1.8e308")
+    return result
 
 
 def _interval(tau):
-    tau = float(tau)
+    tau = float(finite("tau", tau, ()))
     if not (0.0 < tau < math.inf):
         raise ValueError(f"tau: must be positive and finite, got {tau}")
     return tau

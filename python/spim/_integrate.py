@@ -39,9 +39,11 @@ def integrate(
     every : int
         Only each `every`-th state is stored, and the last one: the same bits as with 1.
     progress : bool or callable, optional
-        True for a bar; a callable is called as ``progress(fraction, t)`` every 20 ms or so.
+        True for a bar; a callable is called as ``progress(fraction, t)`` every 20 ms or so, and at
+        the end of a run that gets there.
     throw : bool
-        False: a run that fails returns what it has, with ``success`` False, instead of raising.
+        False: a run that has begun and fails returns what it has, with ``success`` False, instead
+        of raising. What fails before the first step is raised in any case.
     **options
         Options of the method; see ``spim.methods()``.
 
@@ -59,10 +61,20 @@ def integrate(
         A method that cannot treat the system.
     ModelError
         The state is not finite any more.
+    OverflowError, SingularMatrixError, MemoryError
+        The exponential of a step exceeds 1.8e308, a ratio has a singular denominator, the result
+        is larger than the memory to be had: before the first step.
     KeyboardInterrupt
         Within 0.1 s of Ctrl-C.
 
         A run that had begun leaves its states in ``error.partial``.
+
+    Warns
+    -----
+    UserWarning
+        A span that is no multiple of the step; a run that leaves a record of its load.
+    PrecisionWarning
+        Linear methods, as `expm`.
     """
     if not isinstance(system, LinearSystem):
         raise TypeError(
@@ -73,6 +85,8 @@ def integrate(
     t0, t1 = _span(t_span)
     with reporter(progress) as report:
         run = walk(system, z0, t0, t1, _number("step", step), method, every, options, report)
+        if report is not None and run["error"] is None:
+            report(1.0, t1)
     if run["uneven"]:
         warnings.warn(
             f"the span {t1 - t0:g} is no multiple of the step {step:g}: "

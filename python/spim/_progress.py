@@ -39,4 +39,3 @@ def _bar():
             bar.update(100 * fraction - bar.n)
 
         yield report
-        bar.update(100 - bar.n)

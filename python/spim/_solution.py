@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from spim._arrays import finite
 from spim._core import UnsupportedError
 from spim._walk import walk
 
@@ -105,7 +106,7 @@ class Solution:
         ValueError
             `t` outside the run, or not finite.
         """
-        times = np.asarray(t, dtype=float)
+        times = finite("t", t)
         if times.ndim > 1:
             raise ValueError(f"t: must be a number or have shape (j,), got {times.shape}")
         backward = self.step < 0
@@ -130,7 +131,8 @@ class Solution:
             self.z[row],
             float(self.t[row]),
             t,
-            abs(self.step),
+            # One step of its own where it is shorter than those of the run.
+            min(abs(self.step), abs(t - float(self.t[row]))),
             self._name,
             1,
             self._options,

@@ -82,7 +82,14 @@ class LinearSystem:
         OverflowError
             An energy exceeds 1.8e308; the message numbers the state.
         """
-        return self._core.energy(np.asarray(z))
+        return self._core.energy(z)
+
+    def __setstate__(self, state):
+        self.__dict__.update(state)
+        for value in state.values():
+            # Copies are as read-only as what they are copies of.
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
 
     def __repr__(self):
         kind = "Hamiltonian, " if self.hamiltonian else ""

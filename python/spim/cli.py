@@ -30,6 +30,9 @@ def main(arguments=None):
         Code 2, after one line on the standard error, for bad input.
     """
     chosen = _parser().parse_args(arguments)
+    if hasattr(sys.stdout, "reconfigure"):
+        # A terminal without the letter gets a question mark, not a traceback.
+        sys.stdout.reconfigure(errors="replace")
     try:
         chosen.run(chosen)
         sys.stdout.flush()

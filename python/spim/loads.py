@@ -10,6 +10,8 @@ import math
 
 import numpy as np
 
+from spim._arrays import finite
+
 __all__ = [
     "Exponential",
     "Function",
@@ -410,16 +412,11 @@ class _Rotating:
 
 def _finite(name, given, ndim):
     """Real, finite numbers with one of some numbers of axes; a float for none."""
-    array = np.asarray(given)
-    if array.dtype.kind not in "biuf":
-        raise TypeError(f"{name}: needs real numbers, got dtype {array.dtype}")
+    array = finite(name, given)
     allowed = (ndim,) if isinstance(ndim, int) else ndim
     if array.ndim not in allowed:
-        raise ValueError(f"{name}: must have {' or '.join(map(str, allowed))} axes: {array.shape}")
-    array = array.astype(float)
-    if not np.isfinite(array).all():
-        index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
-        raise ValueError(f"{name}: entry {index} is {array[index]}")
+        axes = " or ".join(map(str, allowed))
+        raise ValueError(f"{name}: must have {axes} axes, got shape {array.shape}")
     return array if array.ndim else float(array)
 
 

@@ -31,8 +31,8 @@ impl<'a> Recorder<'a> {
         usize::try_from(rows).map_err(|_| Error::memory(format!("{rows} rows are too many")))
     }
 
-    /// `t`: one double a row, or empty where nobody asks for times; `z`: one state a row; `last`: the number of a step to store whatever
-    /// `every` says.
+    /// `t`: one double a row, or empty where nobody asks for times; `z`: one state a row; `last`: the
+    /// number of a step to store whatever `every` says.
     pub fn new(t: &'a mut [f64], z: &'a mut [f64], every: u64, last: Option<u64>) -> Self {
         Recorder { t, z, every, last, rows: 0 }
     }
@@ -85,7 +85,7 @@ const APART: Duration = Duration::from_millis(20);
 impl<'a> Poll<'a> {
     /// `check` gets the step reached and its time; an error ends the run.
     pub fn new(check: &'a mut dyn FnMut(u64, f64) -> Result<()>) -> Self {
-        Poll { check, stride: 16, since: 0, last: Instant::now() }
+        Poll { check, stride: 1, since: 0, last: Instant::now() }
     }
 
     /// Steps that may pass before the next look at the clock.

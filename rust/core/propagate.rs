@@ -19,7 +19,8 @@ pub struct Clock {
     pub steps: u64,
 }
 
-/// Ratios of span and step this near an integer count as that integer.
+/// Ratios of span and step this near an integer count as that integer; beyond 1e6 steps, within
+/// their rounding.
 const WHOLE: f64 = 1e-9;
 
 impl Clock {
@@ -48,7 +49,7 @@ impl Clock {
             )));
         }
         let nearest = ratio.round();
-        if (ratio - nearest).abs() <= WHOLE * nearest.max(1.0) {
+        if (ratio - nearest).abs() <= WHOLE.max(4.0 * f64::EPSILON * nearest) {
             return Ok((Clock { t0, t1, h: step.copysign(span), steps: nearest as u64 }, false));
         }
         let steps = ratio.ceil();
@@ -108,7 +109,7 @@ pub fn propagate(
     if from == 0 {
         recorder.record(0, clock.t0, &state.z);
     }
-    let mut chunk = Vec::new();
+    let mut chunk: Vec<f64> = Vec::new();
     let mut k = from;
     let end = loop {
         if k == clock.steps {

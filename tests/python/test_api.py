@@ -210,3 +210,139 @@ def test_an_energy_that_is_no_number_is_an_error(oscillators):
     states[1, 2] = np.nan
     with pytest.raises(ValueError, match=r"z: entry \(1, 2\) is nan"):
         oscillators.energy(states)
+
+
+@pytest.mark.parametrize("rates", [(-0.1, -5.0), (0.0, -10.0), (1.0, -20.0), (10.0, -10.0)])
+def test_exact_stepping_knows_components_that_decay_beside_others_to_some_units(rates):
+    mpmath = pytest.importorskip("mpmath")
+    propagator = spim.Propagator(np.diag(rates), 1.0, correction="exact")
+    states = propagator.trajectory([1.0, 1.0], 60)
+    for k in (1, 2, 7, 8, 30, 31, 59, 60):
+        for found, rate in zip(states[k], rates, strict=True):
+            with mpmath.workdps(60):
+                exact = float(mpmath.exp(mpmath.mpf(rate) * k))
+            # One product after the other of the block rounds a component far below its bound.
+            most = 0.51 if rate == max(rates) else 4.0
+            assert abs(found - exact) <= most * np.spacing(exact), (k, rate)
+
+
+@pytest.mark.parametrize(
+    ("matrix", "step", "steps"),
+    [
+        ([[-1.0]], 1.0, 700),
+        ([[1.0]], 0.5, 1200),
+        ([[0.0, 1.0], [-1.0, -0.02]], 0.3, 6000),
+        ([[0.0, 1.0], [-1.0, -0.1]], 0.3, 6000),
+    ],
+)
+def test_exact_stepping_rounds_motion_that_decays_or_grows_as_a_whole(matrix, step, steps):
+    mpmath = pytest.importorskip("mpmath")
+    propagator = spim.Propagator(matrix, step, correction="exact")
+    start = np.ones(len(matrix))
+    states = propagator.trajectory(start, steps)
+    with mpmath.workdps(60):
+        scaled = mpmath.matrix(matrix) * mpmath.mpf(step)
+        stride = mpmath.expm(scaled * 37)
+        exact = mpmath.matrix(list(start))
+        for k in range(0, steps, 37):
+            for found, best in zip(states[k], exact, strict=True):
+                assert abs(float(best - mpmath.mpf(float(found)))) <= 0.51 * np.spacing(abs(found))
+            exact = stride * exact
+
+
+def test_a_small_member_of_a_batch_is_as_exact_as_alone(oscillators):
+    propagator = spim.Propagator(oscillators, 0.3, correction="exact")
+    small = 1e-12 * np.array(Z0, float)
+    together = propagator.trajectory([Z0, small], 20_000)[:, 1]
+    alone = propagator.trajectory(small, 20_000)
+    # At its zeros a component has no more digits than its amplitude leaves it.
+    least = 1e-20 * np.abs(alone).max(axis=0)
+    assert (np.abs(together - alone) <= np.maximum(np.spacing(np.abs(alone)), least)).all()
+    assert np.mean(together != alone) < 1e-3
+
+
+def test_a_long_span_that_is_no_multiple_is_seen(oscillators):
+    with pytest.warns(UserWarning, match="no multiple"):
+        solution = spim.integrate(oscillators, Z0, (0.0, 1e5 + 9e-5), 0.1, every=10**7)
+    exact = spim.integrate(oscillators, Z0, (0.0, 1e5 + 9e-5), 1e5 + 9e-5, correction="exact")
+    assert np.abs(solution.z[-1] / exact.z[-1] - 1.0).max() <= 1e-6
+
+
+def test_dense_output_is_exact_next_to_grid_points(oscillators):
+    solution = spim.integrate(oscillators, Z0, (0.0, 2.0), 0.05, correction="exact")
+    for t in (0.5 + 4e-11, 0.55 - 4e-11, 0.5123):
+        alone = spim.integrate(oscillators, Z0, (0.0, t), t, correction="exact")
+        assert np.abs(solution(t) - alone.z[-1]).max() <= 1e-14
+
+
+def test_states_that_exact_does_not_reach_say_so():
+    propagator = spim.Propagator([[0.0, 1.0], [-1.0, 0.0]], 0.1, correction="exact")
+    with pytest.raises(spim.ModelError, match="reaches to states of 1e270"):
+        propagator.trajectory([1e271, 0.0], 3)
+    with pytest.raises(OverflowError, match="symplectic_defect"):
+        _ = spim.Propagator(np.diag([700.0, 700.0]), 1.0).symplectic_defect
+
+
+def test_a_polish_goes_on_to_rounding_and_says_where_it_cannot_help(oscillators):
+    polished = spim.Propagator(oscillators, 1.0, method="pim", order=1, doublings=22)
+    assert polished.correction == "polish"
+    assert polished.symplectic_defect <= 1e-15
+    low = spim.Propagator(oscillators, 1.0, method="pim", order=1, doublings=2)
+    assert low.correction == "none"
+    with pytest.raises(ValueError, match="far from symplectic"):
+        spim.Propagator(oscillators, 1.0, method="pim", order=1, doublings=2, correction="polish")
+    solution = spim.integrate(
+        oscillators, Z0, (0.0, 5.0), 1.0, method="spim", pade=(2, 3), doublings=0
+    )
+    assert "polish" not in solution.method
+
+
+def test_integrate_warns_where_no_digit_can_be_relied_on():
+    system = spim.LinearSystem([[0.0, 1e16], [-1e16, 0.0]])
+    with pytest.warns(spim.PrecisionWarning, match="1-norm"):
+        spim.integrate(system, [1.0, 0.0], (0.0, 3.0), 1.0)
+
+
+def test_copies_are_as_read_only_as_what_they_are_copies_of(oscillators):
+    copy = pickle.loads(pickle.dumps(oscillators))
+    for system in (oscillators, copy):
+        for array in (system.A, system.mass, system.stiffness):
+            with pytest.raises(ValueError, match="read-only"):
+                array[0] = 1.0
+
+
+def test_progress_arrives_at_one_only_where_the_run_does(oscillators):
+    seen = []
+    spim.integrate(oscillators, Z0, (0.0, 1.0), 0.5, progress=lambda *x: seen.append(x))
+    assert seen[-1] == (1.0, 1.0)
+    seen.clear()
+    with pytest.raises(spim.ModelError):
+        spim.integrate(
+            spim.LinearSystem([[1.0]]), [1.0], (0, 1e4), 1.0, progress=lambda *x: seen.append(x)
+        )
+    assert all(fraction < 1.0 for fraction, _ in seen)
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "words"),
+    [
+        (lambda o: spim.Propagator(o, 0.1, method=3), TypeError, "method: must be a string"),
+        (lambda o: spim.Propagator(o, 0.1, correction=3), TypeError, "correction: must be a"),
+        (lambda o: spim.Propagator(o, "0.1"), TypeError, "tau: must be a real number, got str"),
+        (lambda o: spim.phi(o.A, 1, tau="x"), TypeError, "tau: must be a real number"),
+        (lambda o: spim.expm([[1, 2], [3]]), ValueError, "A: .*inhomogeneous"),
+        (lambda o: spim.expm(o), TypeError, r"use \.A"),
+        (lambda o: spim.models.Oscillators([1j], [1.0]), TypeError, "mass: needs real"),
+        (lambda o: spim.models.Oscillators([1e-310], [1.0]), ValueError, "mass: must be pos"),
+        (lambda o: spim.integrate(o, Z0, (0, 1), 0.1, correction=1), ValueError, "a word, got 1"),
+        (lambda o: spim.integrate(o, Z0, (0, 1), 0.1)("0.5"), TypeError, "t: needs real"),
+    ],
+)
+def test_messages_name_the_argument(oscillators, call, error, words):
+    with pytest.raises(error, match=words):
+        call(oscillators)
+
+
+def test_every_may_be_larger_than_any_count(oscillators):
+    states = spim.Propagator(oscillators, 0.1).trajectory(Z0, 5, every=10**30)
+    assert states.shape == (1, 6)

@@ -78,6 +78,9 @@ def test_discretize_noise_of_an_oscillator_and_of_stiff_decay():
     step, covariance = spim.discretize_noise([[-1e4]], [[2.0]], 1.0)
     assert step[0, 0] == 0.0
     assert abs(covariance[0, 0] * 1e4 - 1.0) < 4e-15
+    # However large the noise is.
+    _, covariance = spim.discretize_noise([[-1.0]], [[1e307]], 1.0)
+    assert covariance[0, 0] == pytest.approx(1e307 * 0.5 * -np.expm1(-2.0), rel=4e-15)
 
 
 @pytest.mark.parametrize(
@@ -91,6 +94,11 @@ def test_discretize_noise_of_an_oscillator_and_of_stiff_decay():
         (lambda: spim.discretize_noise(np.eye(2), [[0, 1], [0, 0]], 1), ValueError, "symmetric"),
         (lambda: spim.discretize_noise(np.eye(2), [[np.nan]], 1), ValueError, "Q: entry"),
         (lambda: spim.discretize_noise(np.eye(2), [[1]], 1), ValueError, "Q: must have"),
+        (lambda: spim.discretize_noise(np.eye(2), -np.eye(2), 1), ValueError, "semidefinite"),
+        (lambda: spim.discretize(np.eye(1), [[1e308]], 5.0), OverflowError, "Bd: an entry"),
+        (lambda: spim.discretize_noise(np.eye(1) * 400, [[1.0]], 1.0), OverflowError, "Qd|1.8e308"),
+        (lambda: spim.discretize_noise(np.eye(1) * 1e300, [[1]], 1e300), OverflowError, "tau"),
+        (lambda: spim.discretize([[1.0]], [[1.0]], "1"), TypeError, "tau"),
     ],
 )
 def test_discretize_refuses(call, error, words):

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from spim._arrays import finite
 from spim._systems import LinearSystem
 
 
@@ -24,14 +25,16 @@ class Oscillators(LinearSystem):
     """
 
     def __init__(self, mass, stiffness):
-        m, k = np.array(mass, dtype=float), np.array(stiffness, dtype=float)
+        m, k = finite("mass", mass), finite("stiffness", stiffness)
         for name, values in (("mass", m), ("stiffness", k)):
             if values.ndim != 1 or values.size == 0:
                 raise ValueError(f"{name}: must have shape (n,), got {values.shape}")
-            bad = ~((values > 0) & np.isfinite(values))
+            # The inverse of a subnormal number is infinite.
+            bad = ~(values >= np.finfo(float).tiny)
             if bad.any():
                 at = int(np.argmax(bad))
-                raise ValueError(f"{name}: must be positive and finite, entry {at} is {values[at]}")
+                raise ValueError(f"{name}: must be positive, entry {at} is {values[at]}")
+            values.flags.writeable = False
         if m.size != k.size:
             raise ValueError(f"{m.size} masses, but {k.size} stiffnesses")
         self.mass, self.stiffness = m, k

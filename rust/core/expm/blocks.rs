@@ -6,13 +6,14 @@
 //!
 //! With [`Correction::Exact`] a state is a pair `z + e`, and the propagator is cut so that its
 //! leading part multiplies states without error; `e` enters the product, and the state stays
-//! correctly rounded for a million steps.
+//! correctly rounded for a million steps. A component that becomes much smaller beside the others
+//! than its bound is as exact as one product after the other leaves it.
 
 use std::sync::Arc;
 
 use super::doubling::Form;
 use super::propagator::{Correction, Power, Propagator, state_overflow};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::linalg::dense::{self, Watch, exponent_above, power_of_two};
 use crate::linalg::kernel::{
     CutPropagator, CutStates, Depth, Eight, Layout, Maxima, PairProduct, Product, dispatch,
@@ -24,6 +25,9 @@ const MARGIN: i32 = 3;
 
 /// Blocks after which bounds that have become too wide are drawn in.
 const REVIEW: u64 = 64;
+
+/// Packs of a block at most, 64 MiB: large batches take shorter blocks.
+const LARGEST: usize = 1 << 20;
 
 /// Bounds stay within this factor of each other and of 1, so that cutting cannot overflow.
 const WIDEST: f64 = 1e270;
@@ -39,20 +43,20 @@ pub trait Walk: Send {
     /// Makes the first block from the states `z`, one trajectory after the other.
     ///
     /// # Errors
-    /// [`Error::Overflow`](crate::Error::Overflow); what is carried is then as it was.
+    /// [`Error::Overflow`]; what is carried is then as it was.
     fn start(&mut self, z: &[f64], carried: &mut [Eight]) -> Result<()>;
 
     /// Makes block number `block` (1, 2, …) from the one before it.
     ///
     /// # Errors
-    /// [`Error::Overflow`](crate::Error::Overflow) where its first state is not finite; what is
+    /// [`Error::Overflow`] where its first state is not finite; what is
     /// carried is then as it was.
     fn advance(&mut self, block: u64, carried: &mut [Eight]) -> Result<()>;
 
     /// Copies the states of steps `from..to` of the block out, one after the other.
     ///
     /// # Errors
-    /// [`Error::Overflow`](crate::Error::Overflow) at the first state that is not finite; `done`
+    /// [`Error::Overflow`] at the first state that is not finite; `done`
     /// counts the steps copied before it.
     fn read(
         &self,
@@ -66,7 +70,7 @@ pub trait Walk: Send {
     /// Copies the states of step `at` of the block out.
     ///
     /// # Errors
-    /// [`Error::Overflow`](crate::Error::Overflow) where a state is not finite; nothing is copied.
+    /// [`Error::Overflow`] where a state is not finite; nothing is copied.
     fn read_one(&self, carried: &[Eight], at: usize, row: &mut [f64]) -> Result<()>;
 }
 
@@ -88,7 +92,7 @@ impl Blocks {
     /// states are read.
     ///
     /// # Errors
-    /// [`Error::Memory`](crate::Error::Memory); what `watch` reports.
+    /// [`Error::Memory`]; what `watch` reports.
     pub fn new(
         propagator: Arc<Propagator>,
         shown: usize,
@@ -96,7 +100,10 @@ impl Blocks {
         watch: &mut Watch,
     ) -> Result<Blocks> {
         let layout = propagator.layout();
-        let powers = propagator.powers(watch)?.len();
+        let mut powers = propagator.powers(watch)?.len();
+        while powers > 1 && layout.packs(batch).saturating_mul(1 << (powers - 1)) > LARGEST {
+            powers -= 1;
+        }
         let packs = layout.packs(1 << (powers - 1)).saturating_mul(batch);
         let exact = match propagator.correction {
             Correction::Exact => Some(Exact::new(layout, powers, packs)?),
@@ -225,6 +232,7 @@ pub(super) struct Exact {
     pub(super) e: Vec<Eight>,
     bounds: Vec<Eight>,
     maxima: Vec<Eight>,
+    inverses: Vec<Eight>,
     /// Propagators cut for the bounds of the moment, one a power.
     cuts: Vec<Cut>,
     z1: Vec<Eight>,
@@ -246,6 +254,7 @@ impl Exact {
             e: dense::zeros(packs)?,
             bounds: vec![Eight::ZERO; layout.stride],
             maxima: vec![Eight::ZERO; layout.stride],
+            inverses: vec![Eight::ZERO; layout.stride],
             cuts: (0..powers).map(|_| Cut::default()).collect(),
             z1: dense::zeros(packs)?,
             z2: dense::zeros(packs)?,
@@ -318,14 +327,19 @@ impl Exact {
         bound(layout, z, &mut self.bounds, &mut self.maxima)?;
         let (bounds, cut) = (&self.bounds, &mut self.cuts[number]);
         if cut.bounds != *bounds {
-            cut.t1.resize(power.hi.len(), Eight::ZERO);
-            cut.t2.resize(power.hi.len(), Eight::ZERO);
+            if cut.t1.is_empty() {
+                (cut.t1, cut.t2) = (dense::zeros(power.hi.len())?, dense::zeros(power.hi.len())?);
+            }
             let (t1, t2) = (&mut cut.t1, &mut cut.t2);
             dispatch(CutPropagator { layout, grain, bounds, hi: &power.hi, lo: &power.lo, t1, t2 });
             cut.bounds.clone_from(bounds);
         }
         let (z1, z2) = (&mut self.z1[..z.len()], &mut self.z2[..z.len()]);
-        dispatch(CutStates { layout, grain, bounds, z, e, z1: &mut *z1, z2: &mut *z2 });
+        for (inverse, bound) in doubles_mut(&mut self.inverses).iter_mut().zip(doubles(bounds)) {
+            *inverse = if *bound > 0.0 { 1.0 / bound } else { 0.0 };
+        }
+        let inverses = &self.inverses;
+        dispatch(CutStates { layout, grain, bounds, inverses, z, e, z1: &mut *z1, z2: &mut *z2 });
         dispatch(PairProduct {
             layout,
             columns: z.len() / layout.stride,
@@ -353,10 +367,12 @@ fn bound(
     let bounds = &mut doubles_mut(bounds)[..layout.rows];
     let largest = maxima.iter().fold(0.0_f64, |a, &b| a.max(b));
     if largest > WIDEST {
-        return Err(state_overflow());
+        return Err(Error::overflow(
+            "correction: \"exact\" reaches to states of 1e270; use \"none\" beyond",
+        ));
     }
     // Bounds far below the largest would let the shifts of cutting overflow.
-    let floor = power_of_two(exponent_above(largest.max(1e-250)) - 400);
+    let floor = power_of_two((exponent_above(largest.max(1e-290)) - 400).max(-1000));
     for (bound, &found) in bounds.iter_mut().zip(maxima) {
         if found > *bound || *bound < floor {
             *bound = power_of_two(exponent_above(found.max(floor)) + MARGIN);

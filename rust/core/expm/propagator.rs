@@ -9,7 +9,8 @@ use crate::error::{Error, Result};
 use crate::linalg::dense::{self, Watch};
 use crate::linalg::kernel::{Depth, Eight, Layout, Product, dispatch, doubles, doubles_mut};
 use crate::linalg::pair::{Pair, PairEngine, PairMut};
-use crate::linalg::{symplectic, twofold};
+use crate::linalg::symplectic::{self, Polish};
+use crate::linalg::twofold;
 
 /// What is done about the rounding of the stored exponential, which acts like a fixed perturbation
 /// of the system.
@@ -31,8 +32,6 @@ pub struct Propagator {
     pub recipe: Recipe,
     /// What is done about rounding.
     pub correction: Correction,
-    /// Whether the correction has changed the increment.
-    pub polished: bool,
     /// Whether `A` is Hamiltonian to rounding.
     pub hamiltonian: bool,
     one: Exponential,
@@ -49,10 +48,11 @@ pub(super) struct Power {
 impl Propagator {
     /// Forms `exp(tau A)` of the exact product; `a` is `rows x rows`, row by row.
     ///
-    /// `correction: None` polishes where `A` is Hamiltonian to rounding and does nothing elsewhere.
+    /// `correction: None` polishes where `A` is Hamiltonian to rounding and the map near symplectic,
+    /// and does nothing elsewhere.
     ///
     /// # Errors
-    /// [`Error::Argument`] for a polish of what is not Hamiltonian; those of [`exponential`].
+    /// [`Error::Argument`] for a polish of what is not so; those of [`exponential`].
     pub fn new(
         rows: usize,
         a: &[f64],
@@ -66,7 +66,8 @@ impl Propagator {
         // Row by row is the transposed matrix column by column; it is Hamiltonian when A is.
         dense::pack(layout, a, &mut packed);
         let hamiltonian = symplectic::is_hamiltonian(layout, &packed);
-        let correction = match correction {
+        let asked = correction;
+        let mut correction = match correction {
             None if hamiltonian => Correction::Polish,
             None => Correction::None,
             Some(Correction::Polish) if !hamiltonian => {
@@ -82,15 +83,32 @@ impl Propagator {
         transpose(layout, &mut one.hi);
         if pairs {
             transpose(layout, &mut one.lo);
+            // A pair has digits enough for slow modes in the whole; in the increment, modes that
+            // decay would lose theirs.
+            if one.form == Form::Increment {
+                add_identity(layout, &mut one);
+            }
         } else {
             // What steps in doubles is the rounded increment.
             one.lo.fill(Eight::ZERO);
         }
-        let polished = correction == Correction::Polish
-            && one.form == Form::Increment
-            && symplectic::polish(layout, &mut one.hi, watch)?;
+        if correction == Correction::Polish {
+            let polish = match one.form {
+                Form::Increment => symplectic::polish(layout, &mut one.hi, watch)?,
+                Form::Whole => Polish::TooFar,
+            };
+            if polish == Polish::TooFar {
+                if asked == Some(Correction::Polish) {
+                    return Err(Error::argument(
+                        "correction: \"polish\" cannot help: the map is far from symplectic, as growing \
+                         motion and low orders make it; use \"none\" or \"exact\"",
+                    ));
+                }
+                correction = Correction::None;
+            }
+        }
         let powers = OnceLock::new();
-        Ok(Propagator { tau, recipe, correction, polished, hamiltonian, one, powers })
+        Ok(Propagator { tau, recipe, correction, hamiltonian, one, powers })
     }
 
     /// Where the columns of states lie.
@@ -259,11 +277,23 @@ impl Propagator {
                 return Err(overflow());
             }
             if self.correction == Correction::Polish && form == Form::Increment {
-                symplectic::polish(layout, &mut hi, watch)?;
+                // A power that is too far from symplectic is one of growing motion: left alone.
+                let _ = symplectic::polish(layout, &mut hi, watch)?;
             }
         }
         Ok(Power { form, hi, lo })
     }
+}
+
+/// `exp(A)` of its increment, in pairs.
+fn add_identity(layout: Layout, one: &mut Exponential) {
+    let step = layout.doubles() + 1;
+    let hi = doubles_mut(&mut one.hi).iter_mut().step_by(step).take(layout.rows);
+    let lo = doubles_mut(&mut one.lo).iter_mut().step_by(step).take(layout.rows);
+    for (hi, lo) in hi.zip(lo) {
+        [*hi, *lo] = twofold::sum([1.0, 0.0], [*hi, *lo]);
+    }
+    one.form = Form::Whole;
 }
 
 /// The error for a state beyond the largest double.

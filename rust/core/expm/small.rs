@@ -42,21 +42,21 @@ impl Body for Small<'_> {
     #[inline(always)]
     fn run<V: Lanes>(self) -> Self::Output {
         match self.rows {
-            1 => V::call(Sized::<1>(self)),
-            2 => V::call(Sized::<2>(self)),
-            3 => V::call(Sized::<3>(self)),
-            4 => V::call(Sized::<4>(self)),
-            5 => V::call(Sized::<5>(self)),
-            6 => V::call(Sized::<6>(self)),
-            7 => V::call(Sized::<7>(self)),
-            _ => V::call(Sized::<8>(self)),
+            1 => V::call(OfSize::<1>(self)),
+            2 => V::call(OfSize::<2>(self)),
+            3 => V::call(OfSize::<3>(self)),
+            4 => V::call(OfSize::<4>(self)),
+            5 => V::call(OfSize::<5>(self)),
+            6 => V::call(OfSize::<6>(self)),
+            7 => V::call(OfSize::<7>(self)),
+            _ => V::call(OfSize::<8>(self)),
         }
     }
 }
 
-struct Sized<'a, const M: usize>(Small<'a>);
+struct OfSize<'a, const M: usize>(Small<'a>);
 
-impl<const M: usize> Body for Sized<'_, M> {
+impl<const M: usize> Body for OfSize<'_, M> {
     type Output = Result<Option<f64>>;
 
     #[inline(always)]

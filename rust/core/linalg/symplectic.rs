@@ -3,7 +3,7 @@
 use super::dense::{self, Watch, exponent_above, power_of_two};
 use super::kernel::{Depth, Eight, Layout, doubles, doubles_mut};
 use super::pair::{Pair, PairEngine, PairMut, combine};
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// `X* = J^-1 X^T J`: the inverse of `X` where `X` is symplectic; `[D^T -B^T; -C^T A^T]` for
 /// `X = [A B; C D]`.
@@ -81,38 +81,61 @@ fn balance(layout: Layout, t: &[Eight]) -> Vec<i32> {
     d
 }
 
-/// One step of Newton's method towards the symplectic group:
-/// `T <- T - (E + T E) / 2`, `E = T* + T + T* T`.
-///
-/// Returns whether the defect was above rounding and has been taken out. Where it is not above
-/// rounding, or far from 0 (exponentials that grow are symplectic to a relative error only), `T` is
-/// left as it is.
-pub fn polish(layout: Layout, t: &mut [Eight], watch: &mut Watch) -> Result<bool> {
+/// What a polish has come to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Polish {
+    /// The defect was within rounding.
+    NotNeeded,
+    /// The defect has been taken out.
+    Done,
+    /// The map is not near a symplectic one; it is as it was.
+    TooFar,
+}
+
+/// Defects from which a map is not taken for a symplectic one with errors: exponentials that grow
+/// are symplectic to a relative error only, low orders hardly at all.
+const FAR: f64 = 1e-3;
+
+/// Most rounds; each squares the defect.
+const ROUNDS: usize = 4;
+
+/// Newton's method towards the symplectic group, `T <- T - (E + T E) / 2`, `E = T* + T + T* T`,
+/// until the defect `E` is within rounding.
+pub fn polish(layout: Layout, t: &mut [Eight], watch: &mut Watch) -> Result<Polish> {
     let packs = layout.packs(layout.rows);
-    let mut memory = dense::zeros(4 * packs)?;
-    let [scaled, adjoint_t, sum, defect] = dense::pieces(&mut memory, packs);
+    let mut memory = dense::zeros(5 * packs)?;
+    let [scaled, adjoint_t, sum, defect, bound] = dense::pieces(&mut memory, packs);
     scaled.copy_from_slice(t);
     let d = balance(layout, scaled);
     rescale(layout, &d, scaled, 1);
-    adjoint(layout, scaled, adjoint_t);
-    dense::sums([&*adjoint_t, &*scaled], [[1.0, 1.0]], [&mut *sum]);
-    dense::multiply(layout, adjoint_t, scaled, Some((1.0, sum)), defect, watch)?;
-    // |T*| |T|, entry by entry, bounds what rounding alone can make of E.
-    let magnitudes = |x: &mut [Eight]| doubles_mut(x).iter_mut().for_each(|x| *x = x.abs());
-    magnitudes(adjoint_t);
-    sum.copy_from_slice(scaled);
-    magnitudes(sum);
-    let mut bound = dense::zeros(packs)?;
-    dense::multiply(layout, adjoint_t, sum, None, &mut bound, watch)?;
-    let (found, rounding) = (largest(defect), f64::EPSILON * largest(&bound));
-    if !(found > rounding && found < 1e-3) {
-        return Ok(false);
+    let mut done = Polish::NotNeeded;
+    for _ in 0..ROUNDS {
+        adjoint(layout, scaled, adjoint_t);
+        dense::sums([&*adjoint_t, &*scaled], [[1.0, 1.0]], [&mut *sum]);
+        dense::multiply(layout, adjoint_t, scaled, Some((1.0, sum)), defect, watch)?;
+        // |T*| |T|, entry by entry, bounds what rounding alone can make of E.
+        let magnitudes = |x: &mut [Eight]| doubles_mut(x).iter_mut().for_each(|x| *x = x.abs());
+        magnitudes(adjoint_t);
+        sum.copy_from_slice(scaled);
+        magnitudes(sum);
+        dense::multiply(layout, adjoint_t, sum, None, bound, watch)?;
+        let (found, rounding) = (largest(defect), f64::EPSILON * largest(bound));
+        if found <= rounding {
+            break;
+        }
+        if found.is_nan() || found >= FAR {
+            return Ok(Polish::TooFar);
+        }
+        dense::multiply(layout, scaled, defect, Some((1.0, defect)), bound, watch)?;
+        dense::sums([&*scaled, &*bound], [[1.0, -0.5]], [&mut *sum]);
+        scaled.copy_from_slice(sum);
+        done = Polish::Done;
     }
-    dense::multiply(layout, scaled, defect, Some((1.0, defect)), &mut bound, watch)?;
-    dense::sums([&*scaled, &*bound], [[1.0, -0.5]], [&mut *sum]);
-    rescale(layout, &d, sum, -1);
-    t.copy_from_slice(sum);
-    Ok(true)
+    if done == Polish::Done {
+        rescale(layout, &d, scaled, -1);
+        t.copy_from_slice(scaled);
+    }
+    Ok(done)
 }
 
 /// The largest entry of `T* + T + T* T`, evaluated in pairs: how far `I + T` is from symplectic.
@@ -129,7 +152,12 @@ pub fn defect(layout: Layout, t: Pair, watch: &mut Watch) -> Result<f64> {
     let sum = Pair { hi: sum_hi, lo: sum_lo };
     let mut engine = PairEngine::new(layout, Depth::Three, slices);
     engine.multiply(star, t, Some((1.0, sum)), &mut PairMut { hi: &mut *hi, lo }, watch)?;
-    Ok(largest(hi))
+    let defect = largest(hi);
+    if defect.is_finite() {
+        Ok(defect)
+    } else {
+        Err(Error::overflow("symplectic_defect: exceeds 1.8e308: the motion grows too much"))
+    }
 }
 
 /// The largest magnitude; not a number where an entry is not.

@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use super::{Bound, MethodInfo, Needs, OptionInfo, Options, State, Step, Stepper, Value, Work};
+use super::{Bound, MethodInfo, Needs, OptionInfo, Options, State, Step, Stepper, Work};
 use crate::error::{Error, Result};
 use crate::expm::{Blocks, Correction, Driven, Propagator, Recipe, Scheme, Walk};
 use crate::linalg::dense::Watch;
@@ -119,7 +119,8 @@ pub fn trajectory_method(
 const CORRECTION: OptionInfo = OptionInfo {
     name: "correction",
     doc: "\"auto\" (\"none\" for pim), \"none\", \"polish\" or \"exact\": what is done about the \
-          rounding of the stored exponential; \"exact\" works in pairs of doubles and keeps the state correctly rounded",
+          rounding of the stored exponential; \"exact\" works in pairs of doubles and keeps the \
+          state correctly rounded",
 };
 const DOUBLINGS: OptionInfo = OptionInfo {
     name: "doublings",
@@ -222,11 +223,7 @@ fn build(
     let Problem::Linear(system) = problem else {
         return Err(Error::unsupported("the exponential needs a linear system"));
     };
-    let correction = match options.value("correction") {
-        None => None,
-        Some(Value::Text(name)) => correction(name)?,
-        Some(_) => correction("")?,
-    };
+    let correction = options.text("correction")?.map_or(Ok(None), correction)?;
     // A polished PIM would be symplectic, which the paper's is not: only on request.
     let plain = matches!(recipe.scheme, Scheme::Pim(_)).then_some(Correction::None);
     let correction = correction.or(plain);

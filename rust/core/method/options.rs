@@ -40,7 +40,11 @@ impl Options {
             let names: Vec<_> = info.options.iter().map(|option| option.name).collect();
             let hint = match names.is_empty() {
                 true => "it takes none".into(),
-                false => format!("did you mean '{}'?", nearest(name, names.into_iter())),
+                false => format!(
+                    "did you mean '{}'? (options: {})",
+                    nearest(name, names.iter().copied()),
+                    names.join(", ")
+                ),
             };
             let message = format!("{}: unknown option '{name}'; {hint}", info.name);
             return Err(Box::new(Error::UnknownOption(message)));
@@ -98,7 +102,10 @@ fn wrong(name: &str, wanted: &str, got: &Value) -> Box<Error> {
     let got = match got {
         Value::Text(text) => format!("'{text}'"),
         Value::Number(x) => x.to_string(),
-        Value::Integers(x) => format!("{x:?}"),
+        Value::Integers(x) => match x[..] {
+            [x] => x.to_string(),
+            _ => format!("{x:?}"),
+        },
     };
     Error::argument(format!("{name}: must be {wanted}, got {got}"))
 }

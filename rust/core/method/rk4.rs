@@ -41,10 +41,9 @@ impl<S: Flow + ?Sized> Stepper<S> for Rk4 {
         if let Some(component) = self.stage.iter().position(|x| !x.is_finite()) {
             return Err(Box::new(Error::Model {
                 message: format!(
-                    "rk4: component {component} of the state is {} after step {} at t = {t} s; \
-                     explicit methods need h w_max < 2.828: reduce the step",
+                    "rk4: component {component} of the state would be {} after the step from t = \
+                     {t}; explicit methods need h w_max < 2.828: reduce the step",
                     self.stage[component],
-                    k + 1
                 ),
                 t,
                 step: k,

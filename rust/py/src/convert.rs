@@ -4,7 +4,7 @@ use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyMemoryError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::PyModule;
+use pyo3::types::{PyModule, PyString};
 use spim::linalg::dense::is_finite;
 
 /// An array of doubles in C order and native byte order.
@@ -38,7 +38,12 @@ pub fn numbers<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Numbers<'
     if given.is_instance(&masked)? && given.getattr("mask")?.call_method0("any")?.extract()? {
         return Err(PyValueError::new_err(format!("{name}: has masked entries; fill them first")));
     }
-    let array = numpy.call_method1("asarray", (given,))?;
+    let array = numpy.call_method1("asarray", (given,)).map_err(|error| {
+        match error.is_instance_of::<PyValueError>(py) {
+            true => PyValueError::new_err(format!("{name}: {}", error.value(py))),
+            false => error,
+        }
+    })?;
     let dtype = array.getattr("dtype")?;
     let kind: String = dtype.getattr("kind")?.extract()?;
     let contiguous = |part: Bound<'py, PyAny>| -> PyResult<Doubles<'py>> {
@@ -54,7 +59,7 @@ pub fn numbers<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Numbers<'
         )),
         _ => Err(PyTypeError::new_err(format!(
             "{name}: needs an array of numbers, got dtype {dtype}{}",
-            if kind == "O" { " (a sparse matrix? use .toarray())" } else { "" }
+            if kind == "O" { " (a sparse matrix? use .toarray(); a system? use .A)" } else { "" }
         ))),
     }
 }
@@ -74,6 +79,17 @@ pub fn slice<'a>(array: &'a Doubles<'_>) -> &'a [f64] {
     // SAFETY: C-contiguous doubles, and nothing writes to them while this thread holds the
     // interpreter; callers copy before they let it go.
     unsafe { array.as_slice() }.expect("contiguous by construction")
+}
+
+/// A copy that the interpreter need not be held for; memory that is not to be had is an error.
+pub fn copied(name: &str, array: &Doubles<'_>) -> PyResult<Vec<f64>> {
+    let numbers = slice(array);
+    let mut copy = Vec::new();
+    copy.try_reserve_exact(numbers.len()).map_err(|_| {
+        PyMemoryError::new_err(format!("{name}: no memory for a copy of {} doubles", numbers.len()))
+    })?;
+    copy.extend_from_slice(numbers);
+    Ok(copy)
 }
 
 /// The memory of a new array that Python code has not seen yet.
@@ -128,16 +144,46 @@ pub fn check_finite(name: &str, shape: &[usize], values: &[f64]) -> PyResult<()>
     Err(PyValueError::new_err(format!("{name}: entry ({}) is {value}", index.join(", "))))
 }
 
+/// How many steps apart states are stored: 1 or more; beyond what can be counted is never.
+pub fn every(given: &Bound<'_, PyAny>) -> PyResult<u64> {
+    match count("every", given) {
+        Ok(0) => Err(PyValueError::new_err("every: must be 1 or more, got 0")),
+        Err(_) if given.extract::<u64>().is_err() && given.gt(u64::MAX).unwrap_or(false) => {
+            Ok(u64::MAX)
+        }
+        other => other,
+    }
+}
+
+/// A word.
+pub fn text<'a>(name: &str, given: &'a Bound<'_, PyAny>) -> PyResult<std::borrow::Cow<'a, str>> {
+    match given.cast::<PyString>() {
+        Ok(text) => text.to_cow(),
+        Err(_) => Err(PyTypeError::new_err(format!(
+            "{name}: must be a string, got {}",
+            given.get_type().name()?
+        ))),
+    }
+}
+
+/// A number, but not text.
+pub fn number(name: &str, given: &Bound<'_, PyAny>) -> PyResult<f64> {
+    given.extract().map_err(|_| {
+        let got = given.get_type().name().map_or_else(|_| "?".into(), |name| name.to_string());
+        PyTypeError::new_err(format!("{name}: must be a real number, got {got}"))
+    })
+}
+
 /// A count given as an int (or anything with `__index__`), not as a float.
 pub fn count(name: &str, given: &Bound<'_, PyAny>) -> PyResult<u64> {
     let index = given.call_method0("__index__").map_err(|_| {
         let got = given.get_type().name().map_or_else(|_| "?".into(), |name| name.to_string());
         PyTypeError::new_err(format!("{name}: must be an integer, got {got}"))
     })?;
-    let value: i128 = index.extract().unwrap_or(i128::MAX);
-    if value < 0 {
-        return Err(PyValueError::new_err(format!("{name}: must not be negative, got {value}")));
+    if index.lt(0)? {
+        return Err(PyValueError::new_err(format!("{name}: must not be negative, got {index}")));
     }
-    u64::try_from(value)
-        .map_err(|_| PyMemoryError::new_err(format!("{name}: {index} is more than can be stored")))
+    index
+        .extract()
+        .map_err(|_| PyValueError::new_err(format!("{name}: {index} is too large a number")))
 }

@@ -3,7 +3,6 @@
 use numpy::PyUntypedArrayMethods;
 use pyo3::exceptions::{PyMemoryError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyString;
 use spim::expm::{Recipe, Scheme, exponentials};
 use spim::linalg::dense::is_finite;
 use spim::method::nearest;
@@ -54,10 +53,7 @@ impl Given<'_, '_> {
 
 /// What a name and options ask for, for matrices of `rows` rows.
 pub fn recipe(rows: usize, method: &Bound<'_, PyAny>, given: &Given) -> PyResult<Recipe> {
-    let method = method
-        .cast::<PyString>()
-        .map_err(|_| PyTypeError::new_err("method: must be a string"))?
-        .to_cow()?;
+    let method = convert::text("method", method)?;
     let Some((_, allowed)) = METHODS.iter().find(|(name, _)| *name == method) else {
         let names = METHODS.map(|(name, _)| name);
         return Err(PyValueError::new_err(format!(

@@ -6,6 +6,7 @@ use numpy::PyUntypedArrayMethods;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
+use spim::expm::{Recipe, Scheme};
 use spim::method::{self, METHODS, Options, State, Value};
 use spim::observe::{Poll, Recorder};
 use spim::propagate::{Clock, End, propagate};
@@ -13,7 +14,7 @@ use spim::system::{self, Flow, Hamiltonian, Problem};
 
 use crate::convert::{self, real, slice, slice_mut};
 use crate::error::{from_python, guarded, to_python};
-use crate::expm::shown;
+use crate::expm::{shown, warn_of_size};
 use crate::load::Acting;
 use crate::watch;
 
@@ -36,7 +37,7 @@ impl Linear {
                 shown(shape)
             )));
         }
-        let system = system::Linear::new(shape[0], slice(&a).to_vec()).map_err(to_python)?;
+        let system = system::Linear::new(shape[0], convert::copied("A", &a)?).map_err(to_python)?;
         Ok(Linear { system: Arc::new(system) })
     }
 
@@ -68,11 +69,12 @@ impl Linear {
         }
         convert::check_finite("z", z.shape(), slice(&z))?;
         let out = convert::empty(py, &z.shape()[..z.shape().len() - 1])?;
-        let states = slice(&z).to_vec();
+        let states = convert::copied("z", &z)?;
         let energies = slice_mut(&out);
         let system = &self.system;
         py.detach(|| {
             guarded(|| {
+                let mut signals = watch::signals();
                 for (i, (energy, z)) in energies.iter_mut().zip(states.chunks_exact(m)).enumerate()
                 {
                     *energy = system.energy(0.0, z).map_err(|error| match *error {
@@ -81,6 +83,7 @@ impl Linear {
                         }
                         _ => error,
                     })?;
+                    signals()?;
                 }
                 Ok(())
             })
@@ -128,14 +131,19 @@ pub fn integrate<'py>(
         )));
     }
     convert::check_finite("z0", z0.shape(), slice(&z0))?;
-    let every = convert::count("every", every)?;
-    if every == 0 {
-        return Err(PyValueError::new_err("every: must be 1 or more, got 0"));
-    }
+    let every = convert::every(every)?;
     let (clock, uneven) = Clock::new(t0, t1, step).map_err(to_python)?;
     let info = method::find(method).map_err(to_python)?;
     let options = options_of(options)?;
     options.check(info).map_err(to_python)?;
+    if info.needs == method::Needs::Linear {
+        let recipe = match info.name {
+            "auto" => Recipe::auto(m),
+            _ => Recipe { scheme: Scheme::Spim([2, 2]), doublings: None },
+        };
+        let scaled: Vec<_> = linear.matrix().iter().map(|a| clock.h * a).collect();
+        warn_of_size(py, m, recipe, &scaled)?;
+    }
     let rows = Recorder::rows_for(clock.steps, every, true).map_err(to_python)?;
     let z = convert::empty(py, &[rows, m])?;
     let t = convert::empty(py, &[rows])?;

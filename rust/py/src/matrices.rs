@@ -5,7 +5,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use spim::linalg::twofold;
 
-use crate::convert::{self, real, slice, slice_mut};
+use crate::convert::{self, real, slice_mut};
 use crate::error::{guarded, to_python};
 use crate::expm::shown;
 use crate::watch;
@@ -27,7 +27,7 @@ pub fn solve<'py>(D: &Bound<'py, PyAny>, B: &Bound<'py, PyAny>) -> PyResult<Boun
         )));
     }
     let out = convert::empty(py, &[rows, rows])?;
-    let (d, b) = (slice(&d).to_vec(), slice(&b).to_vec());
+    let (d, b) = (convert::copied("D", &d)?, convert::copied("B", &b)?);
     let target = slice_mut(&out);
     py.detach(|| guarded(|| spim::expm::quotient(rows, &d, &b, target, &mut watch::signals())))?
         .map_err(to_python)?;
@@ -49,7 +49,7 @@ pub fn quadratic<'py>(S: &Bound<'py, PyAny>, x: &Bound<'py, PyAny>) -> PyResult<
         )));
     }
     let out = convert::empty(py, &x.shape()[..x.shape().len() - 1])?;
-    let (s, x) = (slice(&s).to_vec(), slice(&x).to_vec());
+    let (s, x) = (convert::copied("S", &s)?, convert::copied("x", &x)?);
     let forms = slice_mut(&out);
     py.detach(|| {
         guarded(|| {

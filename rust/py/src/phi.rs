@@ -44,14 +44,15 @@ use crate::watch;
 /// PrecisionWarning
 ///     As `expm`.
 #[pyfunction]
-#[pyo3(signature = (A, k, *, tau=1.0))]
+#[pyo3(signature = (A, k, *, tau=None), text_signature = "(A, k, *, tau=1.0)")]
 #[allow(non_snake_case)]
 pub fn phi<'py>(
     A: &Bound<'py, PyAny>,
     k: &Bound<'py, PyAny>,
-    tau: f64,
+    tau: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyList>> {
     let py = A.py();
+    let tau = tau.map_or(Ok(1.0), |tau| convert::number("tau", tau))?;
     let a = real("A", A)?;
     let shape = a.shape();
     let rows = square(shape)?;
@@ -71,15 +72,17 @@ pub fn phi<'py>(
     let mut largest = 0.0_f64;
     if size > 0 {
         let pairs = recipe.scheme == Scheme::Exact;
-        let copy = slice(&a).to_vec();
+        let copy = convert::copied("A", &a)?;
         let mut outs: Vec<_> =
             arrays.iter().map(|out| slice_mut(out).chunks_exact_mut(size)).collect();
         py.detach(|| {
             guarded(|| {
+                let mut signals = watch::signals();
                 for a in copy.chunks_exact(size) {
                     let mut outs: Vec<_> =
                         outs.iter_mut().map(|out| out.next().expect("as long as A")).collect();
-                    let norm = phis(rows, pairs, a, tau, &mut outs, &mut watch::signals())?;
+                    let norm = phis(rows, pairs, a, tau, &mut outs, &mut signals)?;
+                    signals()?;
                     largest = largest.max(norm);
                 }
                 Ok(())

@@ -57,6 +57,9 @@ impl Body for CutPropagator<'_> {
 }
 
 /// Cuts states: `z1` exact in products with a cut propagator, `z2 = z - z1 + e`.
+///
+/// A state much smaller than the bounds, as in motion that decays or beside larger ones in a batch,
+/// is cut for bounds smaller by one power of two throughout: products stay exact.
 pub struct CutStates<'a> {
     /// How the columns lie in memory.
     pub layout: Layout,
@@ -64,6 +67,8 @@ pub struct CutStates<'a> {
     pub grain: f64,
     /// The bounds `F_j`, one a component.
     pub bounds: &'a [Eight],
+    /// Their inverses; 0 in the rows that pad.
+    pub inverses: &'a [Eight],
     /// The states: leading parts.
     pub z: &'a [Eight],
     /// The states: remainders.
@@ -80,15 +85,21 @@ impl Body for CutStates<'_> {
     #[inline(always)]
     fn run<V: Lanes>(self) {
         let Layout { height, stride, .. } = self.layout;
-        let bounds = packs::<V>(self.bounds);
+        let (bounds, inverses) = (packs::<V>(self.bounds), packs::<V>(self.inverses));
         let factor = Pack::<V>::splat(ROUND * self.grain);
         let columns = packs::<V>(self.z).chunks(stride).zip(packs::<V>(self.e).chunks(stride));
         let cut = packs_mut::<V>(self.z1)
             .chunks_mut(stride)
             .zip(packs_mut::<V>(self.z2).chunks_mut(stride));
         for ((z, e), (z1, z2)) in columns.zip(cut) {
+            let mut largest = Pack::<V>::splat(0.0);
             for i in 0..height {
-                let shift = bounds[i] * factor;
+                largest = (z[i].abs() * inverses[i]).max(largest);
+            }
+            // The power of two above the largest part of its bound.
+            let scale = Pack::splat(2.0 * largest.largest()).binade() * factor;
+            for i in 0..height {
+                let shift = bounds[i] * scale;
                 let first = (z[i] + shift) - shift;
                 z1[i] = first;
                 z2[i] = (z[i] - first) + e[i];
