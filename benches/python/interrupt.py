@@ -21,6 +21,15 @@ WORK = {
     "expm, 3000 x 3000, pade": ("normal(3000, 3000)", "spim.expm(x, method='pade')"),
     "expm, 4 million 6 x 6": ("normal(4_000_000, 6, 6)", "spim.expm(x)"),
     "Propagator, 2000 states": ("chain(2000)", "spim.Propagator(x, 1.0, correction='polish')"),
+    "phi, 1 million 6 x 6": ("normal(1_000_000, 6, 6)", "spim.phi(x, 4)"),
+    "energy, 3000 states of 2000": (
+        "(spim.LinearSystem(chain(2000)), normal(3000, 2000))",
+        "x[0].energy(x[1])",
+    ),
+    "trajectory, batch of 100,000, exact": (
+        "spim.Propagator(chain(6), 0.5, correction='exact')",
+        "x.trajectory(np.ones((100_000, 6)), 10**6, every=10**5)",
+    ),
     "trajectory, 6 states": (
         "spim.Propagator(chain(6), 0.5)",
         "x.trajectory(np.ones(6), 10**12, every=10**9)",
@@ -28,6 +37,10 @@ WORK = {
     "trajectory, 480 states, exact": (
         "spim.Propagator(chain(480), 0.5, correction='exact')",
         "x.trajectory(np.ones(480), 10**9, every=10**6)",
+    ),
+    "integrate, rk4, 4000 states": (
+        "spim.LinearSystem(chain(4000))",
+        "spim.integrate(x, np.ones(4000), (0, 1e9), 0.1, method='rk4', every=10**7)",
     ),
     "integrate, rk4": (
         "spim.LinearSystem(chain(6))",
