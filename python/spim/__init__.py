@@ -22,6 +22,7 @@ from spim._core import (
 from spim._discretize import discretize, discretize_noise
 from spim._integrate import integrate
 from spim._methods import methods
+from spim._run import Run
 from spim._solution import Solution
 from spim._structural import StructuralSystem
 from spim._systems import LinearSystem
@@ -33,6 +34,7 @@ __all__ = [
     "ModelError",
     "PrecisionWarning",
     "Propagator",
+    "Run",
     "SingularMatrixError",
     "Solution",
     "SpimError",

@@ -22,9 +22,13 @@ class Acting:
     """
 
     def __init__(self, A, E, load, t0, h, steps):
-        self._E, self._load = E, load
-        self.inputs, self.matrix, self.start = _generator(load._terms, E, t0)
-        parts = [_at_work(A, E, part, factor, t0, h) for part, factor in load._parts]
+        self._A, self._E, self._load, self._t0, self._h = A, E, load, t0, h
+        self.inputs, self.matrix = _generator(load._terms, E)
+        self.start = _generated(load._terms, t0)
+        self._theta = None
+        self._every_part = parts = [
+            _at_work(A, E, part, factor, t0, h) for part, factor in load._parts
+        ]
         records = [part.record() for part in parts]
         self.records = [record for record in records if record is not None]
         self._parts = [p for p, record in zip(parts, records, strict=True) if record is None]
@@ -44,35 +48,55 @@ class Acting:
                 part.add(k, rows[:inside])
         return rows
 
+    def all_impulses(self, k, count):
+        """Impulses of `count` steps from k on, (count, m): closed forms and records included."""
+        rows = np.zeros((count, self.width))
+        for part in self._every_part:
+            part.add(k, rows)
+        if self.start.size:
+            if self._theta is None:
+                m, size = self.width, len(self.matrix)
+                whole = np.block([[self._A, self.inputs], [np.zeros((size, m)), self.matrix]])
+                self._theta = phi(whole, 0, tau=self._h)[0][:m, m:]
+            times = self._t0 + self._h * np.arange(k, k + count)
+            rows += np.array([_generated(self._load._terms, t) for t in times]) @ self._theta.T
+        return rows
 
-def _generator(terms, E, t0):
+
+def _generated(terms, t):
+    """The generator's state: ``t^j/j! exp(exponent t)``, real and imaginary parts."""
+    state = []
+    for exponent, coefficients in terms.items():
+        for j in range(len(coefficients)):
+            g = np.exp(exponent * t) * t**j / math.factorial(j)
+            state.extend([g.real] if exponent.imag == 0.0 else [g.real, g.imag])
+    return np.array(state)
+
+
+def _generator(terms, E):
     """Closed form as a linear system of its own, per exponent a chain of powers of time."""
-    inputs, blocks, start = [np.zeros((len(E), 0))], [], []
+    inputs, blocks = [np.zeros((len(E), 0))], []
     for exponent, coefficients in terms.items():
         real = exponent.imag == 0.0
         degree = len(coefficients) - 1
         width = 1 if real else 2
         block = np.zeros((width * (degree + 1),) * 2)
         rotation = np.array([[exponent.real, -exponent.imag], [exponent.imag, exponent.real]])
-        unit = np.exp(exponent * t0)
         for j, row in enumerate(coefficients):
             here = slice(width * j, width * (j + 1))
-            # g_j = t^j/j! exp(exponent t), real and imaginary part.
             block[here, here] = rotation[:width, :width]
             if j:
                 block[here, slice(width * (j - 1), width * j)] = np.eye(width)
-            g = unit * t0**j / math.factorial(j)
-            start.extend([g.real, g.imag][:width])
             column = math.factorial(j) * np.array([row.real, -row.imag][:width]).T
             inputs.append(E @ column)
         blocks.append(block)
-    size = len(start)
+    size = sum(map(len, blocks))
     matrix = np.zeros((size, size))
     at = 0
     for block in blocks:
         matrix[at : at + len(block), at : at + len(block)] = block
         at += len(block)
-    return np.hstack(inputs), matrix, np.array(start)
+    return np.hstack(inputs), matrix
 
 
 def _at_work(A, E, part, factor, t0, h):

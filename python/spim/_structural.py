@@ -110,15 +110,19 @@ class StructuralSystem(LinearSystem):
     def velocity(self, z):
         """Velocities q' of states, (..., 2 n) -> (..., n)."""
         z = np.asarray(z, float)
-        q, p = z[..., : self.dof], z[..., self.dof :]
-        return (p - 0.5 * q @ self.gyroscopic.T) @ self._inverse
+        momenta = z[..., self.dof :]
+        if self.gyroscopic.any():
+            momenta = momenta - 0.5 * z[..., : self.dof] @ self.gyroscopic.T
+        return momenta @ self._inverse
 
     def acceleration(self, z, t=None):
         """Accelerations q'' of states, (..., 2 n) -> (..., n), under the load at times `t`."""
-        q, v = np.asarray(z, float)[..., : self.dof], self.velocity(z)
-        force = -q @ self.stiffness - v @ (self.damping + self.gyroscopic).T
+        z = np.asarray(z, float)
+        force = z @ self.A[self.dof :].T
         if self._bound_load is not None and t is not None:
-            force = force + self._bound_load(t)
+            force += self._bound_load(t)
+        if self.gyroscopic.any():
+            force -= 0.5 * self.velocity(z) @ self.gyroscopic.T
         return force @ self._inverse
 
     def kinetic_energy(self, z):

@@ -48,6 +48,8 @@ class Load:
     def __call__(self, t):
         """Values at times `t`."""
         t = np.asarray(t, float)
+        if not self._terms and len(self._parts) == 1 and self._parts[0][1] == 1.0:
+            return self._parts[0][0].values(t)
         total = np.zeros(t.shape + (self.size or 1,))
         for exponent, coefficients in self._terms.items():
             powers = t[..., None] ** np.arange(len(coefficients))
@@ -319,9 +321,12 @@ class _Pieces:
         piece = np.searchsorted(self.edges, t, side="right") - 1
         inside = (piece >= 0) & (piece < len(self.left))
         piece = np.clip(piece, 0, len(self.left) - 1)
-        part = (t - self.edges[piece]) / np.diff(self.edges)[piece]
-        found = self.left[piece] + part[..., None] * (self.right - self.left)[piece]
-        found = np.where(inside[..., None], found, 0.0)
+        since = t - self.edges[piece]
+        found = np.take(self.left, piece, axis=0)
+        if since.any():
+            part = since / np.diff(self.edges)[piece]
+            found += part[..., None] * (self.right[piece] - found)
+        found[~inside] = 0.0
         return found if self.direction is None else found * self.direction
 
     def spans(self):

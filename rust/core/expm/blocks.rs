@@ -121,16 +121,6 @@ impl Blocks {
     fn step_packs(&self) -> usize {
         self.layout().packs(self.batch)
     }
-
-    fn store(&self, carried: &mut [Eight]) {
-        let (states, mut rest) = carried.split_at_mut(self.next.len());
-        states.copy_from_slice(&self.next);
-        for part in self.exact.iter().flat_map(Exact::carried) {
-            let (here, next) = rest.split_at_mut(part.len());
-            here.copy_from_slice(part);
-            rest = next;
-        }
-    }
 }
 
 impl Walk for Blocks {
@@ -139,8 +129,7 @@ impl Walk for Blocks {
     }
 
     fn carried_len(&self) -> usize {
-        let exact = self.exact.as_ref().map(|exact| exact.carried().map(<[Eight]>::len));
-        self.next.len() + exact.map_or(0, |lengths| lengths.iter().sum())
+        carried_len(&self.next, self.exact.as_ref())
     }
 
     fn start(&mut self, z: &[f64], carried: &mut [Eight]) -> Result<()> {
@@ -160,7 +149,7 @@ impl Walk for Blocks {
             }
             done *= 2;
         }
-        self.store(carried);
+        store(&self.next, self.exact.as_ref(), carried);
         Ok(())
     }
 
@@ -176,7 +165,7 @@ impl Walk for Blocks {
         if !dense::is_finite(doubles(&self.next[..self.step_packs()])) {
             return Err(state_overflow());
         }
-        self.store(carried);
+        store(&self.next, self.exact.as_ref(), carried);
         Ok(())
     }
 
@@ -210,6 +199,23 @@ impl Walk for Blocks {
         }
         dense::unpack(self.shown, states, row);
         Ok(())
+    }
+}
+
+/// Packs that [`store`] needs.
+pub(super) fn carried_len(states: &[Eight], exact: Option<&Exact>) -> usize {
+    let parts = exact.map(|exact| exact.carried().map(<[Eight]>::len));
+    states.len() + parts.map_or(0, |lengths| lengths.iter().sum())
+}
+
+/// Copies a block, and what goes with it, to where it is carried.
+pub(super) fn store(states: &[Eight], exact: Option<&Exact>, carried: &mut [Eight]) {
+    let (here, mut rest) = carried.split_at_mut(states.len());
+    here.copy_from_slice(states);
+    for part in exact.into_iter().flat_map(Exact::carried) {
+        let (here, next) = rest.split_at_mut(part.len());
+        here.copy_from_slice(part);
+        rest = next;
     }
 }
 

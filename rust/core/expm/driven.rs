@@ -9,7 +9,7 @@
 
 use std::sync::Arc;
 
-use super::blocks::{Exact, Walk, visible};
+use super::blocks::{Exact, Walk, carried_len, store, visible};
 use super::doubling::Form;
 use super::propagator::{Correction, Power, Propagator, state_overflow};
 use crate::error::Result;
@@ -172,16 +172,6 @@ impl Driven {
         exact.e = e;
         done
     }
-
-    fn store(&self, carried: &mut [Eight]) {
-        let (states, mut rest) = carried.split_at_mut(self.next.len());
-        states.copy_from_slice(&self.next);
-        for part in self.exact.iter().flat_map(Exact::carried) {
-            let (here, next) = rest.split_at_mut(part.len());
-            here.copy_from_slice(part);
-            rest = next;
-        }
-    }
 }
 
 impl Walk for Driven {
@@ -190,8 +180,7 @@ impl Walk for Driven {
     }
 
     fn carried_len(&self) -> usize {
-        let exact = self.exact.as_ref().map(|exact| exact.carried().map(<[Eight]>::len));
-        self.next.len() + exact.map_or(0, |lengths| lengths.iter().sum())
+        carried_len(&self.next, self.exact.as_ref())
     }
 
     fn start(&mut self, z: &[f64], carried: &mut [Eight]) -> Result<()> {
@@ -201,7 +190,7 @@ impl Walk for Driven {
             exact.clear();
         }
         self.make(0)?;
-        self.store(carried);
+        store(&self.next, self.exact.as_ref(), carried);
         Ok(())
     }
 
@@ -218,7 +207,7 @@ impl Walk for Driven {
             exact.resume(block, bounds);
         }
         self.make(block)?;
-        self.store(carried);
+        store(&self.next, self.exact.as_ref(), carried);
         Ok(())
     }
 

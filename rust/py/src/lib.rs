@@ -8,6 +8,7 @@ mod load;
 mod matrices;
 mod phi;
 mod propagator;
+mod run;
 mod watch;
 
 use pyo3::prelude::*;
@@ -30,6 +31,8 @@ mod _core {
     use super::phi::phi;
     #[pymodule_export]
     use super::propagator::Propagator;
+    #[pymodule_export]
+    use super::run::Stepper;
     #[pymodule_export]
     use super::{build_info, kernel_level};
 }
