@@ -5,10 +5,7 @@ import math
 import numpy as np
 
 from spim._core import phi
-from spim.loads import _Interpolated, _Pieces
-
-# Breakpoints this near a grid point, in steps, lie on it.
-NEAR = 1e-9
+from spim.loads import NEAR, _Interpolated, _Pieces
 
 # Different distances of breakpoints from grid points for which exponentials are kept.
 MOST_DISTANCES = 4096
@@ -38,6 +35,15 @@ class Acting:
     def value(self, t):
         """``E f(t)``."""
         return self._E @ self._load(t)
+
+    def grid_values(self, k, count):
+        """``E f`` at grid points k, k + 1, ..: `count` numbers, a row each; zero beyond the run."""
+        rows = np.zeros((count // self.width, self.width))
+        inside = min(len(rows), self._steps + 1 - k)
+        if inside > 0:
+            times = self._t0 + self._h * np.arange(k, k + inside)
+            rows[:inside] = self._load(times) @ self._E.T
+        return rows
 
     def impulses(self, k, count):
         """Impulses of steps k, k + 1, ..: `count` numbers, a row a step; zero beyond the run."""

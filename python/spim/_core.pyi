@@ -51,6 +51,7 @@ def solve(D: ArrayLike, B: ArrayLike) -> np.ndarray: ...
 def methods() -> list[dict[str, Any]]: ...
 def integrate(
     system: Linear,
+    matrices: Any,
     load: Any,
     z0: ArrayLike,
     t0: float,

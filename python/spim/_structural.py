@@ -85,6 +85,9 @@ class StructuralSystem(LinearSystem):
         self._input = np.vstack([np.zeros((n, n)), np.eye(n)])
         self._set_load(load, n, M)
 
+    def _matrices(self):
+        return self.mass, self.damping, self.gyroscopic, self.stiffness
+
     @property
     def dof(self):
         """Number n of degrees of freedom."""

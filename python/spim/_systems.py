@@ -84,6 +84,9 @@ class LinearSystem:
         """
         return self._core.energy(z)
 
+    def _matrices(self):
+        """Mass, damping, gyroscopic matrix, stiffness, where there are any."""
+
     def __setstate__(self, state):
         self.__dict__.update(state)
         for value in state.values():

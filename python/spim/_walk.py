@@ -11,4 +11,16 @@ def walk(system, z0, t0, t1, step, method, every, options, report=None):
         h, steps, _ = _core.grid(t0, t1, step)
         if h != 0.0:
             acting = Acting(system.A, system._input, system._bound_load, t0, h, steps)
-    return _core.integrate(system._core, acting, z0, t0, t1, step, method, every, options, report)
+    return _core.integrate(
+        system._core,
+        system._matrices(),
+        acting,
+        z0,
+        t0,
+        t1,
+        step,
+        method,
+        every,
+        options,
+        report,
+    )

@@ -25,6 +25,10 @@ __all__ = [
 ]
 
 
+# Breakpoints this near a time, in parts of an interval, are at that time.
+NEAR = 1e-9
+
+
 class Load:
     """Base of all loads, and what sums and products of them are.
 
@@ -318,13 +322,16 @@ class _Pieces:
         return _Pieces(self.edges, self.left, self.right, direction)
 
     def values(self, t):
-        piece = np.searchsorted(self.edges, t, side="right") - 1
-        inside = (piece >= 0) & (piece < len(self.left))
+        # Times within rounding of an edge lie on it; there the piece that begins counts, and the
+        # last one at the end.
+        slack = NEAR * np.diff(self.edges).min()
+        piece = np.searchsorted(self.edges - slack, t, side="right") - 1
+        inside = (piece >= 0) & (t <= self.edges[-1] + slack)
         piece = np.clip(piece, 0, len(self.left) - 1)
         since = t - self.edges[piece]
         found = np.take(self.left, piece, axis=0)
-        if since.any():
-            part = since / np.diff(self.edges)[piece]
+        if np.abs(since).max(initial=0.0) > slack:
+            part = np.clip(since / np.diff(self.edges)[piece], 0.0, 1.0)
             found += part[..., None] * (self.right[piece] - found)
         found[~inside] = 0.0
         return found if self.direction is None else found * self.direction

@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use spim::method::{METHODS, MethodInfo, Options, State, Value, build};
 use spim::propagate::Clock;
-use spim::system::{Hamiltonian, Linear, Problem};
+use spim::system::{Hamiltonian, Linear};
+
+use crate::restarts::structure;
 
 /// Two coupled oscillators, `z = [q; p]`.
 const A: [f64; 16] = [
@@ -27,7 +29,7 @@ fn bare(info: &MethodInfo) -> Options {
 
 /// The state after `steps` steps of `h`.
 fn run(info: &MethodInfo, h: f64, steps: u64, z0: &[f64]) -> Vec<f64> {
-    let problem = Problem::Linear(system());
+    let problem = structure(info, &[1.0, 2.0], &[4.0, -1.0, -1.0, 3.0]);
     let mut method = build(info, &problem, h, &bare(info), &mut || Ok(())).unwrap();
     let mut state = State::new(z0, &*method).unwrap();
     for k in 0..steps {

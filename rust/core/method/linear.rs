@@ -220,7 +220,7 @@ fn build(
     why: &str,
     watch: &mut Watch,
 ) -> Result<Box<dyn Step>> {
-    let Problem::Linear(system) = problem else {
+    let Some(system) = problem.linear() else {
         return Err(Error::unsupported("the exponential needs a linear system"));
     };
     let correction = options.text("correction")?.map_or(Ok(None), correction)?;

@@ -5,6 +5,7 @@
 //! verification suite read the records.
 
 mod linear;
+mod newmark;
 mod options;
 mod rk4;
 
@@ -201,8 +202,10 @@ pub type Build = fn(&Problem, f64, &Options, &mut Watch) -> Result<Box<dyn Step>
 pub enum Needs {
     /// Any system.
     Flow,
-    /// `z' = A z`.
+    /// `z' = A z + f(t)`.
     Linear,
+    /// Mass, damping and stiffness.
+    Structural,
 }
 
 impl Needs {
@@ -211,12 +214,21 @@ impl Needs {
         match self {
             Needs::Flow => "flow",
             Needs::Linear => "linear",
+            Needs::Structural => "structure",
         }
     }
 }
 
 /// All methods.
-pub const METHODS: &[&MethodInfo] = &[&linear::AUTO, &linear::SPIM, &linear::PIM, &rk4::RK4];
+pub const METHODS: &[&MethodInfo] = &[
+    &linear::AUTO,
+    &linear::SPIM,
+    &linear::PIM,
+    &newmark::NEWMARK,
+    &newmark::GENERALIZED_ALPHA,
+    &newmark::CENTRAL_DIFFERENCE,
+    &rk4::RK4,
+];
 
 /// Looks a method up by name.
 ///
@@ -246,9 +258,16 @@ pub fn build(
     watch: &mut Watch,
 ) -> Result<Box<dyn Step>> {
     options.check(info)?;
-    if info.needs == Needs::Linear && !matches!(problem, Problem::Linear(_)) {
+    let (enough, needed) = match info.needs {
+        Needs::Flow => (true, "any system"),
+        Needs::Linear => (problem.linear().is_some(), "a linear system z' = A z + f(t)"),
+        Needs::Structural => {
+            (matches!(problem, Problem::Structural(_)), "a structure with mass and stiffness")
+        }
+    };
+    if !enough {
         return Err(Error::unsupported(format!(
-            "{}: needs a linear system z' = A z, got {}",
+            "{}: needs {needed}, got {}",
             info.name,
             problem.kind()
         )));

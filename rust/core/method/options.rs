@@ -69,6 +69,19 @@ impl Options {
         }
     }
 
+    /// A number, if it was given.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for another kind of value.
+    pub fn number(&self, name: &str) -> Result<Option<f64>> {
+        match self.value(name) {
+            None => Ok(None),
+            Some(Value::Number(x)) => Ok(Some(*x)),
+            Some(Value::Integers(x)) if x.len() == 1 => Ok(Some(x[0] as f64)),
+            Some(value) => Err(wrong(name, "a number", value)),
+        }
+    }
+
     /// A count, if it was given.
     ///
     /// # Errors

@@ -58,6 +58,11 @@ impl Linear {
         Ok(Linear { load: Some(load), generator, ..self.clone() })
     }
 
+    /// Components of the state.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
     /// The matrix, row by row.
     pub fn matrix(&self) -> &[f64] {
         &self.a

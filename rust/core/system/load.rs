@@ -12,6 +12,13 @@ pub trait Load: Send + Sync {
     /// What the load reports.
     fn value(&self, t: f64, f: &mut [f64]) -> Result<()>;
 
+    /// `f` at the grid points `k`, `k + 1`, … of the run, one row each; what lies beyond its end is of
+    /// no matter.
+    ///
+    /// # Errors
+    /// What the load reports.
+    fn grid_values(&self, k: u64, rows: &mut [f64]) -> Result<()>;
+
     /// Whether there is more to it than a [`Generator`] makes.
     fn is_sampled(&self) -> bool;
 

@@ -2,11 +2,13 @@
 
 mod linear;
 mod load;
+mod structural;
 
 use std::sync::Arc;
 
 pub use linear::Linear;
 pub use load::{Generator, Load, Record};
+pub use structural::Structural;
 
 use crate::error::Result;
 use crate::linalg::kernel::{Eight, doubles, doubles_mut};
@@ -72,7 +74,9 @@ pub trait Hamiltonian: Flow {
 /// A system as methods see it: by its structure, most specific first.
 #[derive(Clone)]
 pub enum Problem {
-    /// `z' = A z`.
+    /// A linear structure with its matrices.
+    Structural(Arc<Structural>),
+    /// `z' = A z + f(t)`.
     Linear(Arc<Linear>),
     /// A system with an energy.
     Hamiltonian(Arc<dyn Hamiltonian>),
@@ -84,15 +88,26 @@ impl Problem {
     /// The system as a mere flow.
     pub fn flow(&self) -> Arc<dyn Flow> {
         match self {
+            Problem::Structural(system) => system.linear.clone(),
             Problem::Linear(system) => system.clone(),
             Problem::Hamiltonian(system) => system.clone(),
             Problem::Flow(system) => system.clone(),
         }
     }
 
+    /// The system as a linear one, if it is.
+    pub fn linear(&self) -> Option<&Arc<Linear>> {
+        match self {
+            Problem::Structural(system) => Some(&system.linear),
+            Problem::Linear(system) => Some(system),
+            _ => None,
+        }
+    }
+
     /// What the structure is called in messages.
     pub fn kind(&self) -> &'static str {
         match self {
+            Problem::Structural(_) => "a linear structure",
             Problem::Linear(_) => "a linear system",
             Problem::Hamiltonian(_) => "a Hamiltonian system",
             Problem::Flow(_) => "a general system z' = f(t, z)",

@@ -98,14 +98,18 @@ impl Linear {
     }
 }
 
+/// Mass, damping, gyroscopic matrix and stiffness of a structure, for the methods that want them.
+type Matrices<'py> = [Bound<'py, PyAny>; 4];
+
 /// Walks a system through time.
 ///
 /// Returns a dict: t, z, h, steps, uneven, choice, work, error (None or the exception), stopped.
 #[pyfunction]
-#[pyo3(signature = (system, load, z0, t0, t1, step, method, every, options, progress))]
+#[pyo3(signature = (system, matrices, load, z0, t0, t1, step, method, every, options, progress))]
 #[allow(clippy::too_many_arguments)]
 pub fn integrate<'py>(
     system: &Bound<'py, Linear>,
+    matrices: Option<Matrices<'py>>,
     load: Option<&Bound<'py, PyAny>>,
     z0: &Bound<'py, PyAny>,
     t0: f64,
@@ -123,6 +127,20 @@ pub fn integrate<'py>(
         linear = Arc::new(linear.with_load(Arc::new(load), generator).map_err(to_python)?);
     }
     let m = linear.len();
+    let problem = match matrices {
+        Some(given) => {
+            let copied = |i: usize| convert::copied("matrix", &real("matrix", &given[i])?);
+            let structure = system::Structural {
+                linear: linear.clone(),
+                mass: copied(0)?,
+                damping: copied(1)?,
+                gyroscopic: copied(2)?,
+                stiffness: copied(3)?,
+            };
+            Problem::Structural(Arc::new(structure.check().map_err(to_python)?))
+        }
+        None => Problem::Linear(linear.clone()),
+    };
     let z0 = real("z0", z0)?;
     if z0.shape() != [m] {
         return Err(PyValueError::new_err(format!(
@@ -151,7 +169,6 @@ pub fn integrate<'py>(
     let (times, states) = (slice_mut(&t), slice_mut(&z));
     let run = || -> spim::Result<_> {
         let mut signals = watch::signals();
-        let problem = Problem::Linear(linear);
         let mut method = method::build(info, &problem, clock.h, &options, &mut signals)?;
         let mut state = State::new(&start, &*method)?;
         let mut recorder = Recorder::new(times, states, every, Some(clock.steps));

@@ -81,6 +81,15 @@ impl Load for Acting {
         .map_err(from_python)
     }
 
+    fn grid_values(&self, k: u64, rows: &mut [f64]) -> Result<()> {
+        Python::attach(|py| {
+            let call = (k, rows.len());
+            let name = pyo3::intern!(py, "grid_values");
+            copy(&self.object.bind(py).call_method1(name, call)?, rows)
+        })
+        .map_err(from_python)
+    }
+
     fn is_sampled(&self) -> bool {
         self.sampled || !self.records.is_empty()
     }
