@@ -1,8 +1,8 @@
 //! What acts on a linear system from outside.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::linalg::dense;
-use crate::linalg::kernel::{Layout, Product, dispatch};
+use crate::linalg::kernel::{Eight, Layout, Product, dispatch, doubles_mut};
 
 /// A load on `z' = A z + f(t)`.
 pub trait Load: Send + Sync {
@@ -44,70 +44,101 @@ pub struct Generator {
 
 /// A record whose samples lie on the grid of the run: held, or linear from sample to sample.
 pub struct Record {
+    samples: Vec<f64>,
     /// Numbers of a sample.
-    pub width: usize,
-    /// Samples, one row each.
-    pub values: Vec<f64>,
+    width: usize,
     /// The step at whose start the first sample is taken.
-    pub begin: i64,
-    /// Impulse of a unit sample at the start of a step, and (or empty, if samples are held) at its
-    /// end: a row for each component of the state, a column for each number of a sample.
-    pub weights: [Vec<f64>; 2],
+    begin: i64,
+    /// Where columns of samples and of states lie, and those of the weights: a product has as many
+    /// terms as a sample has numbers.
+    sample: Layout,
+    state: Layout,
+    product: Layout,
+    /// Impulses of unit samples at the start of a step and, unless samples are held, at its end.
+    weights: [Vec<Eight>; 2],
 }
 
+/// Steps whose impulses are formed at once.
+const PIECE: usize = 32;
+
 impl Record {
-    /// Adds the impulses of steps `k`, `k + 1`, … to rows of `len` numbers.
+    /// `samples`: rows of `width` numbers, the first for the start of step `begin`; `weights`: the
+    /// impulses (a row for each of `len` components of the state, a column for each number of a
+    /// sample) of a unit sample at the start of a step, and at its end (empty: samples are held).
     ///
     /// # Errors
-    /// [`Error::Memory`](crate::Error::Memory).
-    pub fn add(&self, k: u64, len: usize, rows: &mut [f64]) -> Result<()> {
-        let samples = (self.values.len() / self.width) as i64;
-        let [early, late] = &self.weights;
-        let last = self.begin + samples - i64::from(!late.is_empty());
-        let end = k as i64 + (rows.len() / len) as i64;
-        let (from, to) = (self.begin.max(k as i64), last.min(end));
-        if from >= to {
-            return Ok(());
+    /// [`Error::Argument`] for sizes that do not fit; [`Error::Memory`].
+    pub fn new(
+        samples: Vec<f64>,
+        width: usize,
+        begin: i64,
+        weights: [Vec<f64>; 2],
+        len: usize,
+    ) -> Result<Record> {
+        let fits = |weights: &Vec<f64>| weights.len() == len * width;
+        let [early, late] = &weights;
+        if !fits(early) || !(late.is_empty() || fits(late)) || width == 0 {
+            return Err(Error::argument("record: weights do not fit samples and states"));
         }
-        let steps = (to - from) as usize;
-        let rows = &mut rows[(from - k as i64) as usize * len..][..steps * len];
-        let height = len.div_ceil(8);
-        let stride = height.max(self.width.div_ceil(8));
-        let states = Layout { rows: len, height, stride };
-        let sample = Layout { rows: self.width, height: self.width.div_ceil(8), stride };
-        // A product with as many terms as a sample has numbers.
-        let layout = Layout { rows: self.width, height, stride };
-        let packed = |layout: Layout, columns: usize, plain: &[f64]| -> Result<_> {
-            let mut packed = dense::zeros(stride * columns)?;
-            dense::pack(layout, plain, &mut packed);
+        let (across, height) = (width.div_ceil(8), len.div_ceil(8));
+        let stride = height.max(across);
+        let state = Layout { rows: len, height, stride };
+        let packed = |weights: &[f64]| -> Result<Vec<Eight>> {
+            let mut packed = dense::zeros(if weights.is_empty() { 0 } else { stride * width })?;
+            // Row by row is the transposed matrix column by column.
+            for (j, column) in packed.chunks_exact_mut(stride).enumerate() {
+                for (i, entry) in doubles_mut(column)[..len].iter_mut().enumerate() {
+                    *entry = weights[i * width + j];
+                }
+            }
             Ok(packed)
         };
-        let first = (from - self.begin) as usize * self.width;
-        let columns = steps + usize::from(!late.is_empty());
-        let b = packed(sample, columns, &self.values[first..][..columns * self.width])?;
-        let mut sum = packed(states, steps, rows)?;
-        let mut c = dense::zeros(stride * steps)?;
-        for (shift, weights) in [early, late].into_iter().enumerate() {
-            if weights.is_empty() {
-                continue;
-            }
-            // Row by row is the transposed matrix column by column.
-            let columns: Vec<f64> = (0..self.width)
-                .flat_map(|j| (0..len).map(move |i| weights[i * self.width + j]))
-                .collect();
-            let a = packed(states, self.width, &columns)?;
-            let b = &b[shift * stride..][..steps * stride];
-            dispatch(Product {
-                layout,
-                columns: steps,
-                a: &a,
-                b,
-                add: Some((1.0, &sum)),
-                c: &mut c,
-            });
-            std::mem::swap(&mut sum, &mut c);
+        let weights = [packed(early)?, packed(late)?];
+        let sample = Layout { rows: width, height: across, stride };
+        let product = Layout { rows: width, height, stride };
+        Ok(Record { samples, width, begin, sample, state, product, weights })
+    }
+
+    /// Adds the impulses of steps `k`, `k + 1`, … to rows of one state each.
+    ///
+    /// # Errors
+    /// [`Error::Memory`].
+    pub fn add(&self, k: u64, rows: &mut [f64]) -> Result<()> {
+        let ends = usize::from(!self.weights[1].is_empty());
+        let samples = (self.samples.len() / self.width) as i64;
+        let len = self.state.rows;
+        let k = k as i64;
+        let end = k + (rows.len() / len) as i64;
+        let (from, to) = (self.begin.max(k), end.min(self.begin + samples - ends as i64));
+        let mut step = from;
+        while step < to {
+            let steps = PIECE.min((to - step) as usize);
+            let first = (step - self.begin) as usize * self.width;
+            let samples = &self.samples[first..][..(steps + ends) * self.width];
+            self.add_piece(samples, &mut rows[(step - k) as usize * len..][..steps * len])?;
+            step += steps as i64;
         }
-        dense::unpack(states, &sum, rows);
         Ok(())
+    }
+
+    fn add_piece(&self, samples: &[f64], rows: &mut [f64]) -> Result<()> {
+        let stride = self.state.stride;
+        let steps = rows.len() / self.state.rows;
+        let columns = samples.len() / self.width;
+        let packs = stride * (columns + 2 * steps);
+        dense::with_scratch(packs, &mut || Ok(()), |memory, _| {
+            let (given, states) = memory.split_at_mut(stride * columns);
+            let (mut sum, mut next) = states.split_at_mut(stride * steps);
+            dense::pack(self.sample, samples, given);
+            dense::pack(self.state, rows, sum);
+            for (shift, a) in self.weights.iter().enumerate().filter(|(_, a)| !a.is_empty()) {
+                let b = &given[shift * stride..][..steps * stride];
+                let (layout, add) = (self.product, Some((1.0, &*sum)));
+                dispatch(Product { layout, columns: steps, a, b, add, c: &mut *next });
+                std::mem::swap(&mut sum, &mut next);
+            }
+            dense::unpack(self.state, sum, rows);
+            Ok(())
+        })
     }
 }

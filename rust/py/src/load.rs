@@ -6,8 +6,8 @@ use pyo3::prelude::*;
 use spim::Result;
 use spim::system::{Generator, Load, Record};
 
-use crate::convert::{check_finite, real, slice};
-use crate::error::from_python;
+use crate::convert::{self, check_finite, real, slice};
+use crate::error::{from_python, to_python};
 use crate::expm::shown;
 
 /// An object with `inputs`, `matrix`, `start`, `records`, `sampled`, `value(t)`, `impulses(k,
@@ -17,7 +17,6 @@ pub struct Acting {
     records: Vec<Record>,
     /// Whether there are impulses beyond those of the records.
     sampled: bool,
-    len: usize,
 }
 
 impl Acting {
@@ -32,6 +31,7 @@ impl Acting {
             start: numbers("start")?,
         };
         let sampled = object.getattr("sampled")?.is_truthy()?;
+        let len = object.getattr("width")?.extract()?;
         let mut records = Vec::new();
         for record in object.getattr("records")?.try_iter()? {
             let (values, begin, early, late): (
@@ -44,15 +44,12 @@ impl Acting {
             let weights = |given: &Bound<'_, PyAny>| -> PyResult<Vec<f64>> {
                 Ok(slice(&real("weights", given)?).to_vec())
             };
-            records.push(Record {
-                width: values.shape()[1],
-                values: slice(&values).to_vec(),
-                begin,
-                weights: [weights(&early)?, late.map_or(Ok(Vec::new()), |late| weights(&late))?],
-            });
+            let late = late.map_or(Ok(Vec::new()), |late| weights(&late))?;
+            let (samples, width) = (convert::copied("values", &values)?, values.shape()[1]);
+            let record = Record::new(samples, width, begin, [weights(&early)?, late], len);
+            records.push(record.map_err(to_python)?);
         }
-        let len = object.getattr("width")?.extract()?;
-        Ok((Acting { object: object.clone().unbind(), records, sampled, len }, generator))
+        Ok((Acting { object: object.clone().unbind(), records, sampled }, generator))
     }
 }
 
@@ -99,7 +96,7 @@ impl Load for Acting {
         if self.sampled {
             self.called(k, rows)?;
         }
-        self.records.iter().try_for_each(|record| record.add(k, self.len, rows))
+        self.records.iter().try_for_each(|record| record.add(k, rows))
     }
 }
 
