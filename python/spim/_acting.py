@@ -1,5 +1,6 @@
 """A load at work on a linear system in one run: what the core asks of it."""
 
+import functools
 import math
 
 import numpy as np
@@ -113,35 +114,52 @@ def _at_work(A, E, part, factor, t0, h):
 
 class _PiecesAtWork:
     def __init__(self, A, B, pieces, t0, h):
-        self._A, self._B, self._h = A, B, h
+        self._A, self._B, self._h, self._pieces = A, B, h, pieces
         x = (pieces.edges - t0) / h
-        left, right = pieces.left, pieces.right
         if h < 0.0:
-            x, left, right = x[::-1], right[::-1], left[::-1]
+            x = x[::-1]
         grid = np.round(x)
-        x = np.where(np.abs(x - grid) <= NEAR * np.maximum(1.0, np.abs(grid)), grid, x)
-        zero = np.zeros((1, left.shape[1]))
-        slopes = np.vstack([(right - left) / np.diff(x)[:, None], zero])
-        lefts = np.vstack([left, zero])
-        self._x, self._lefts, self._rights, self._slopes = x, lefts, right, slopes
-        # What changes at each edge.
-        self._jumps = lefts - np.vstack([zero, right])
-        self._bends = slopes - np.vstack([zero, slopes[:-1]])
+        # Within rounding on the grid.
+        slack = np.maximum(NEAR, 4.0 * np.finfo(float).eps * np.abs(grid))
+        self._x = np.where(np.abs(x - grid) <= slack, grid, x)
         _, first, second = phi(A, 2, tau=h)
         self._constant, self._linear = h * (first @ B).T, h * (second @ B).T
         self._within = {}
 
     def record(self):
-        """For the core, if there is one sample a step: values, first step, weights."""
+        """For the core, if there is one sample a step: samples, first step, weights."""
         begin = round(self._x[0])
-        if not np.array_equal(self._x, begin + np.arange(len(self._x))):
+        if self._x[0] != begin or (np.diff(self._x) != 1.0).any():
             return None
-        early, late = (self._constant - self._linear).T, self._linear.T
-        if np.array_equal(self._lefts[1:-1], self._rights[:-1]):
-            return np.vstack([self._lefts[:-1], self._rights[-1:]]), begin, early, late
-        if np.array_equal(self._lefts[:-1], self._rights):
-            return self._rights, begin, self._constant.T, None
-        return None
+        samples = self._pieces.samples[:: 1 if self._h > 0.0 else -1]
+        if self._pieces.held:
+            return samples, begin, self._constant.T, None
+        return samples, begin, (self._constant - self._linear).T, self._linear.T
+
+    @functools.cached_property
+    def _lefts(self):
+        """Values where pieces begin; zero after the last."""
+        pieces = self._pieces
+        left = pieces.left if self._h > 0.0 else pieces.right[::-1]
+        return np.vstack([left, np.zeros((1, left.shape[1]))])
+
+    @functools.cached_property
+    def _rights(self):
+        """Values where pieces end."""
+        return self._pieces.right if self._h > 0.0 else self._pieces.left[::-1]
+
+    @functools.cached_property
+    def _slopes(self):
+        """Slopes of pieces, per step; zero after the last."""
+        slopes = (self._rights - self._lefts[:-1]) / np.diff(self._x)[:, None]
+        return np.vstack([slopes, np.zeros((1, slopes.shape[1]))])
+
+    @functools.cached_property
+    def _changes(self):
+        """What changes at each edge: jumps of values, bends of slopes."""
+        before = np.zeros((1, self._lefts.shape[1]))
+        jumps = self._lefts - np.vstack([before, self._rights])
+        return jumps, self._slopes - np.vstack([before, self._slopes[:-1]])
 
     def add(self, k, rows):
         """Adds the impulses of steps k, k + 1, .. to `rows`."""
@@ -152,13 +170,14 @@ class _PiecesAtWork:
         slope = self._slopes[piece]
         value = self._lefts[piece] + slope * (at - self._x[piece])[:, None]
         rows[inside] += value @ self._constant + slope @ self._linear
+        jumps, bends = self._changes
         first, last = np.searchsorted(self._x, [k, k + len(rows)])
         for edge in range(first, last):
             step = math.floor(self._x[edge])
             if step == self._x[edge]:
                 continue
             jump, bend = self._from(step + 1.0 - self._x[edge])
-            rows[step - k] += self._jumps[edge] @ jump + self._bends[edge] @ bend
+            rows[step - k] += jumps[edge] @ jump + bends[edge] @ bend
 
     def _from(self, rest):
         """What a jump and a bend do over the rest of a step."""

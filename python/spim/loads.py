@@ -214,7 +214,7 @@ class Sampled(Load):
             left = right = values
         else:
             raise ValueError(f'hold: must be "first" or "zero", got {hold!r}')
-        super().__init__((), [(_Pieces(times, left, right), 1.0)])
+        super().__init__((), [(_Pieces(times, left, right, values, hold == "zero"), 1.0)])
 
 
 class Function(Load):
@@ -305,10 +305,14 @@ class Unbalance(Load):
 
 
 class _Pieces:
-    """Linear pieces between edges: `left` and `right` values of each, zero outside."""
+    """Linear pieces between edges: `left` and `right` values of each, zero outside.
 
-    def __init__(self, edges, left, right, direction=None):
+    `samples` are what they were made of, `held` until the next or joined.
+    """
+
+    def __init__(self, edges, left, right, samples, held, direction=None):
         self.edges, self.left, self.right, self.direction = edges, left, right, direction
+        self.samples, self.held = samples, held
 
     @property
     def size(self):
@@ -319,7 +323,7 @@ class _Pieces:
 
     def along(self, direction):
         """The same on every degree of freedom in a direction; has one component itself."""
-        return _Pieces(self.edges, self.left, self.right, direction)
+        return _Pieces(self.edges, self.left, self.right, self.samples, self.held, direction)
 
     def values(self, t):
         # Times within rounding of an edge lie on it; there the piece that begins counts, and the
