@@ -25,10 +25,12 @@ from spim._methods import methods
 from spim._run import Run
 from spim._solution import Solution
 from spim._structural import StructuralSystem
+from spim._sweep import FailedCase, sweep
 from spim._systems import LinearSystem
 from spim._versions import __version__, show_versions
 
 __all__ = [
+    "FailedCase",
     "InternalError",
     "LinearSystem",
     "ModelError",
@@ -52,4 +54,5 @@ __all__ = [
     "models",
     "phi",
     "show_versions",
+    "sweep",
 ]

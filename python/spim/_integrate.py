@@ -2,6 +2,9 @@
 
 import warnings
 
+import numpy as np
+
+from spim._arrays import finite
 from spim._progress import reporter
 from spim._solution import Solution
 from spim._systems import LinearSystem
@@ -15,6 +18,7 @@ def integrate(
     step,
     *,
     method="auto",
+    t_eval=None,
     every=1,
     progress=None,
     throw=True,
@@ -36,6 +40,10 @@ def integrate(
         `step`.
     method : str
         One of `methods`. "auto" takes the most exact one and says why in ``solution.method``.
+    t_eval : array_like (k,), optional
+        Times to return the states at, within the span and in its direction: multiples of the step
+        are taken from the run, others reached by a step of their own. The whole run is held in
+        memory meanwhile.
     every : int
         Only each `every`-th state is stored, and the last one: the same bits as with 1.
     progress : bool or callable, optional
@@ -83,6 +91,7 @@ def integrate(
     if not isinstance(method, str):
         raise TypeError(f"method: must be a string, got {type(method).__name__}")
     t0, t1 = _span(t_span)
+    times = _times(t_eval, t0, t1, every)
     with reporter(progress) as report:
         run = walk(system, z0, t0, t1, _number("step", step), method, every, options, report)
         if report is not None and run["error"] is None:
@@ -95,11 +104,29 @@ def integrate(
         )
     _warn_beyond(system, t0, t1)
     solution = Solution(system, run, options)
+    if times is not None:
+        solution._restrict(times)
     error = run["error"]
     if error is not None and (throw or not isinstance(error, Exception)):
         error.partial = solution
         raise error
     return solution
+
+
+def _times(t_eval, t0, t1, every):
+    """Checked times, or None."""
+    if t_eval is None:
+        return None
+    times = finite("t_eval", t_eval)
+    if every != 1:
+        raise ValueError("every: leave it out where t_eval is given")
+    if times.ndim != 1 or not times.size:
+        raise ValueError(f"t_eval: must have shape (k,), k > 0, got {times.shape}")
+    if (times < min(t0, t1)).any() or (times > max(t0, t1)).any():
+        raise ValueError(f"t_eval: must lie within the span, {t0:g} .. {t1:g}")
+    if (np.diff(times) * (1.0 if t1 >= t0 else -1.0) <= 0.0).any():
+        raise ValueError("t_eval: must run from the start of the span to its end")
+    return times
 
 
 def _warn_beyond(system, t0, t1):

@@ -30,6 +30,8 @@ class Solution:
         0: the end was reached; -1: the run failed, or was interrupted.
     message : str
         The reason, as a sentence.
+    error : Exception or None
+        What ended a run that failed.
     """
 
     def __init__(self, system, run, options):
@@ -40,7 +42,7 @@ class Solution:
         self.step = run["h"]
         self.method = f"{run['method']} ({run['choice']})" if run["choice"] else run["method"]
         self.stats = dict(run["work"])
-        error = run["error"]
+        self.error = error = run["error"]
         self.success = error is None
         self.status = 0 if self.success else -1
         self.message = "the end of the span was reached" if self.success else _sentence(error)
@@ -118,13 +120,15 @@ class Solution:
             raise ValueError(f"t: {at} is outside the run, from {first} to {last}")
         states = np.empty((self.z.shape[1], flat.size))
         ascending = -self.t if backward else self.t
-        rows = np.searchsorted(ascending, -flat if backward else flat, side="right") - 1
+        # Within rounding of a stored time it is that time.
+        slack = 4.0 * np.spacing(np.abs(flat))
+        rows = np.searchsorted(ascending, (-flat if backward else flat) + slack, side="right") - 1
         for column, (row, time) in enumerate(zip(rows, flat, strict=True)):
             states[:, column] = self._state(row, float(time))
         return states[:, 0] if times.ndim == 0 else states
 
     def _state(self, row, t):
-        if t == self.t[row]:
+        if abs(t - self.t[row]) <= 4.0 * np.spacing(abs(t)):
             return self.z[row]
         run = walk(
             self.system,
@@ -140,6 +144,12 @@ class Solution:
         if run["error"] is not None:
             raise run["error"]
         return run["z"][-1]
+
+    def _restrict(self, times):
+        """Keeps the states at some times alone, as far as the run has come."""
+        reached = times[(times <= self.t[-1]) if self.step >= 0.0 else (times >= self.t[-1])]
+        self.z = np.ascontiguousarray(self(reached).T) if reached.size else self.z[:0]
+        self.t = reached
 
     def _half(self):
         half, odd = divmod(self.z.shape[1], 2)

@@ -346,3 +346,32 @@ def test_messages_name_the_argument(oscillators, call, error, words):
 def test_every_may_be_larger_than_any_count(oscillators):
     states = spim.Propagator(oscillators, 0.1).trajectory(Z0, 5, every=10**30)
     assert states.shape == (1, 6)
+
+
+def test_t_eval_gives_the_states_at_its_times(oscillators):
+    whole = spim.integrate(oscillators, Z0, (0.0, 2.0), 0.1, correction="exact")
+    times = [0.0, 0.3, 0.35, 1.2345, 2.0]
+    some = spim.integrate(oscillators, Z0, (0.0, 2.0), 0.1, correction="exact", t_eval=times)
+    assert np.array_equal(some.t, times)
+    assert np.array_equal(some.z[[0, 1, 4]], whole.z[[0, 3, 20]])
+    alone = spim.integrate(oscillators, Z0, (0.0, 1.2345), 1.2345, correction="exact")
+    # The rounding of the time 1.2, 1.1e-16 s, times rates of 60 kg m/s^2.
+    assert np.abs(some.z[3] - alone.z[-1]).max() <= 1e-14
+    assert np.abs(some(0.7) - whole(0.7)).max() <= 1e-14
+    back = spim.integrate(oscillators, Z0, (2.0, 0.0), 0.1, t_eval=[1.5, 0.25])
+    assert back.t.tolist() == [1.5, 0.25]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"t_eval": [0.0, 3.0]}, "within the span"),
+        ({"t_eval": [1.0, 0.5]}, "from the start"),
+        ({"t_eval": []}, "shape"),
+        ({"t_eval": [np.nan]}, "entry"),
+        ({"t_eval": [1.0], "every": 2}, "every"),
+    ],
+)
+def test_bad_t_eval_says_what_is_wrong(oscillators, options, words):
+    with pytest.raises(ValueError, match=words):
+        spim.integrate(oscillators, Z0, (0.0, 2.0), 0.1, **options)
