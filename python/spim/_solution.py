@@ -1,8 +1,11 @@
 """What a run gives back."""
 
+import functools
+
 import numpy as np
 
 from spim._arrays import finite
+from spim._balance import dissipated_and_work
 from spim._core import UnsupportedError
 from spim._walk import walk
 
@@ -71,6 +74,27 @@ class Solution:
     def a(self):
         """Accelerations q'', (k, n), of a structure under its load."""
         return self._structure("accelerations").acceleration(self.z, self.t)
+
+    @functools.cached_property
+    def _flows(self):
+        self._structure("energy flows")
+        return dissipated_and_work(self)
+
+    @property
+    def dissipated(self):
+        """Energy a structure has dissipated since the start, (k,): its own exact integral."""
+        return self._flows[0]
+
+    @property
+    def work(self):
+        """Work the load of a structure has done since the start, (k,): its own exact integral."""
+        return self._flows[1]
+
+    @property
+    def balance_error(self):
+        """Change of energy + dissipated - work, (k,): 0 but for rounding if all is well."""
+        energy = self.energy
+        return energy - energy[0] + self.dissipated - self.work
 
     def _structure(self, what):
         if not hasattr(self.system, "velocity"):

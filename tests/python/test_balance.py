@@ -1,0 +1,85 @@
+"""Claims about the balance of energy: each part is integrated on its own."""
+
+import numpy as np
+import pytest
+
+import spim
+from spim import loads
+
+N = 5
+M = np.diag(1.0 + np.arange(N) / N)
+K = 200.0 * (2.0 * np.eye(N) - np.eye(N, k=1) - np.eye(N, k=-1))
+C = spim.damping.rayleigh(M, K, alpha=0.2, beta=2e-3)
+G = np.diag([3.0] * (N - 1), 1) - np.diag([3.0] * (N - 1), -1)
+RECORD = np.random.default_rng(0).normal(size=(401, N))
+
+
+def run(load, damping=C, gyroscopic=None, step=0.05):
+    system = spim.StructuralSystem(M, K, damping=damping, gyroscopic=gyroscopic, load=load)
+    z0 = system.state(q=0.1 * np.arange(N), v=np.ones(N))
+    return spim.integrate(system, z0, (0.0, 400 * step), step, correction="exact")
+
+
+@pytest.mark.parametrize(
+    "load",
+    [
+        None,
+        loads.Polynomial([np.ones(N), 0.1 * np.arange(N)]) + loads.Harmonic(np.arange(N), 7.0, 0.3),
+        loads.Sampled(RECORD, 0.05),
+        loads.Sampled(RECORD, 0.05, hold="zero") + loads.Exponential(np.ones(N), -0.3),
+        loads.GroundMotion(loads.Sampled(RECORD[:, 0], 0.05, start=1.0), np.ones(N)),
+    ],
+)
+@pytest.mark.parametrize("gyroscopic", [None, G])
+@pytest.mark.filterwarnings("ignore:the run")
+def test_energy_is_what_work_and_dissipation_leave(load, gyroscopic):
+    solution = run(load, gyroscopic=gyroscopic)
+    size = solution.energy.max() + np.abs(solution.work).max() + solution.dissipated[-1]
+    assert np.abs(solution.balance_error).max() <= 1e-13 * size
+    assert (np.diff(solution.dissipated) >= 0.0).all()
+    assert solution.dissipated[-1] > 0.1 * size or load is not None
+
+
+def test_the_parts_are_those_of_quadrature():
+    load = loads.Harmonic(np.arange(N), 7.0, 0.3)
+    coarse, fine = run(load, step=0.04), run(load, step=0.0025)
+    power = np.einsum("ki,ki->k", fine.v, load(fine.t))
+    loss = np.einsum("ki,ij,kj->k", fine.v, C, fine.v)
+    for mine, rate in ((coarse.work, power), (coarse.dissipated, loss)):
+        # Simpson's rule over pairs of fine steps.
+        pairs = 0.0025 / 3.0 * (rate[:-2:2] + 4.0 * rate[1:-1:2] + rate[2::2])
+        by_hand = np.concatenate([[0.0], np.cumsum(pairs)])[::8]
+        assert np.abs(mine[: len(by_hand)] - by_hand).max() <= 1e-5 * np.abs(by_hand).max()
+
+
+def test_a_wrong_damping_matrix_shows():
+    solution = run(None)
+    wrong = C.copy()
+    wrong[2, 2] *= 1.001
+    solution.system = spim.StructuralSystem(M, K, damping=wrong)
+    assert np.abs(solution.balance_error).max() >= 1e-6 * solution.energy[0]
+
+
+def test_undamped_and_free_is_zero_both():
+    solution = run(None, damping=None)
+    assert not solution.dissipated.any()
+    assert not solution.work.any()
+
+
+@pytest.mark.parametrize(
+    ("load", "options", "words"),
+    [
+        (None, {"every": 2}, "every step"),
+        (None, {"t_eval": [1.0]}, "every step"),
+        (loads.Function(lambda t: np.ones(N)), {}, "closed form"),
+        (loads.Sampled(RECORD, 0.03), {}, "a sample a step"),
+    ],
+)
+def test_what_it_cannot_do_it_says(load, options, words):
+    system = spim.StructuralSystem(M, K, load=load)
+    solution = spim.integrate(system, system.state(), (0.0, 5.0), 0.05, **options)
+    with pytest.raises(spim.UnsupportedError, match=words):
+        _ = solution.work
+    free = spim.integrate(spim.LinearSystem(system.A), system.state(), (0.0, 1.0), 0.1)
+    with pytest.raises(spim.UnsupportedError, match="structures have"):
+        _ = free.dissipated
