@@ -54,10 +54,16 @@ pub fn quadratic<'py>(S: &Bound<'py, PyAny>, x: &Bound<'py, PyAny>) -> PyResult<
     py.detach(|| {
         guarded(|| {
             let mut signals = watch::signals();
+            // Matrices of structures are mostly zeros.
+            let rows: Vec<Vec<(usize, f64)>> = s
+                .chunks_exact(n)
+                .map(|row| row.iter().copied().enumerate().filter(|(_, s)| *s != 0.0).collect())
+                .collect();
             for (form, x) in forms.iter_mut().zip(x.chunks_exact(n)) {
                 let mut total = [0.0; 2];
-                for (row, xi) in s.chunks_exact(n).zip(x) {
-                    let product = twofold::dot(row.iter().copied(), x.iter().copied());
+                for (row, xi) in rows.iter().zip(x) {
+                    let entries = row.iter().map(|(_, s)| *s);
+                    let product = twofold::dot(entries, row.iter().map(|(j, _)| x[*j]));
                     total = twofold::sum(total, twofold::times(product, *xi));
                 }
                 *form = 0.5 * total[0];
