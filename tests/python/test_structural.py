@@ -123,3 +123,11 @@ def test_bad_structures_say_what_is_wrong(arguments, error, words):
 def test_bad_requests_say_what_is_wrong(call, words):
     with pytest.raises(ValueError, match=words):
         call(spim.StructuralSystem(M, K))
+
+
+def test_energies_beyond_doubles_are_errors():
+    system = spim.StructuralSystem(M, K)
+    states = np.ones((3, 6))
+    states[1] *= 1e200
+    with pytest.raises(OverflowError, match="exceeds 1.8e308 for state 1"):
+        system.energy(states)

@@ -59,7 +59,7 @@ pub fn quadratic<'py>(S: &Bound<'py, PyAny>, x: &Bound<'py, PyAny>) -> PyResult<
                 .chunks_exact(n)
                 .map(|row| row.iter().copied().enumerate().filter(|(_, s)| *s != 0.0).collect())
                 .collect();
-            for (form, x) in forms.iter_mut().zip(x.chunks_exact(n)) {
+            for (i, (form, x)) in forms.iter_mut().zip(x.chunks_exact(n)).enumerate() {
                 let mut total = [0.0; 2];
                 for (row, xi) in rows.iter().zip(x) {
                     let entries = row.iter().map(|(_, s)| *s);
@@ -67,6 +67,10 @@ pub fn quadratic<'py>(S: &Bound<'py, PyAny>, x: &Bound<'py, PyAny>) -> PyResult<
                     total = twofold::sum(total, twofold::times(product, *xi));
                 }
                 *form = 0.5 * total[0];
+                if !form.is_finite() {
+                    let text = format!("energy: exceeds 1.8e308 for state {i}");
+                    return Err(spim::Error::overflow(text));
+                }
                 signals()?;
             }
             Ok(())
