@@ -54,7 +54,10 @@ def dissipated_and_work(solution):
         X = states.piece(first, min(first + PIECE, len(solution.t) - 1)) / scale
         for total, form in zip(totals, forms, strict=True):
             total[first + 1 : first + 1 + len(X)] = np.einsum("ki,ki->k", X @ form, X)
-    return np.cumsum(totals, axis=1)
+    flows = np.cumsum(totals, axis=1)
+    if not np.isfinite(flows).all():
+        raise OverflowError("dissipated, work: exceed 1.8e308")
+    return flows
 
 
 def _power_of_two(x):

@@ -93,8 +93,9 @@ class Solution:
     @property
     def balance_error(self):
         """Change of energy + dissipated - work, (k,): 0 but for rounding if all is well."""
+        gone = self.dissipated - self.work
         energy = self.energy
-        return energy - energy[0] + self.dissipated - self.work
+        return energy - energy[0] + gone
 
     def _structure(self, what):
         if not hasattr(self.system, "velocity"):

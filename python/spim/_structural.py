@@ -9,6 +9,12 @@ from spim._arrays import cholesky, finite, matrix, mode_shapes, symmetric
 from spim._systems import LinearSystem
 
 
+def _in_doubles(name, result):
+    if not np.isfinite(result).all():
+        raise OverflowError(f"{name}: exceeds 1.8e308, or the state is not finite")
+    return result
+
+
 @dataclass(frozen=True)
 class Modes:
     """Modes of a structure without damping and gyroscopic terms.
@@ -116,7 +122,7 @@ class StructuralSystem(LinearSystem):
         momenta = z[..., self.dof :]
         if self.gyroscopic.any():
             momenta = momenta - 0.5 * z[..., : self.dof] @ self.gyroscopic.T
-        return momenta @ self._inverse
+        return _in_doubles("velocity", momenta @ self._inverse)
 
     def acceleration(self, z, t=None):
         """Accelerations q'' of states, (..., 2 n) -> (..., n), under the load at times `t`."""
@@ -126,7 +132,7 @@ class StructuralSystem(LinearSystem):
             force += self._bound_load(t)
         if self.gyroscopic.any():
             force -= 0.5 * self.velocity(z) @ self.gyroscopic.T
-        return force @ self._inverse
+        return _in_doubles("acceleration", force @ self._inverse)
 
     def kinetic_energy(self, z):
         """``q'^T M q' / 2`` of states, (..., 2 n) -> (...), in pairs of doubles."""

@@ -131,3 +131,6 @@ def test_energies_beyond_doubles_are_errors():
     states[1] *= 1e200
     with pytest.raises(OverflowError, match="exceeds 1.8e308 for state 1"):
         system.energy(states)
+    limp = spim.StructuralSystem(1e-200 * M, K)
+    with pytest.raises(OverflowError, match="velocity: exceeds"), np.errstate(all="ignore"):
+        limp.velocity(1e200 * np.ones(6))
