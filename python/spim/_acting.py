@@ -21,17 +21,41 @@ class Acting:
 
     def __init__(self, A, E, load, t0, h, steps):
         self._A, self._E, self._load, self._t0, self._h = A, E, load, t0, h
+        self._steps, self.width = steps, len(A)
         self.inputs, self.matrix = _generator(load._terms, E)
         self.start = _generated(load._terms, t0)
-        self._theta = None
-        self._every_part = parts = [
-            _at_work(A, E, part, factor, t0, h) for part, factor in load._parts
+
+    # What follows takes exponentials, which methods that ask for values alone do without.
+
+    @functools.cached_property
+    def _parts(self):
+        phis = functools.cache(lambda count: phi(self._A, count, tau=self._h))
+        return [
+            _at_work(self._A, self._E, part, factor, self._t0, self._h, phis)
+            for part, factor in self._load._parts
         ]
-        records = [part.record() for part in parts]
-        self.records = [record for record in records if record is not None]
-        self._parts = [p for p, record in zip(parts, records, strict=True) if record is None]
-        self.sampled = bool(self._parts)
-        self._steps, self.width = steps, len(A)
+
+    @functools.cached_property
+    def records(self):
+        """Parts with a sample a step, for the core."""
+        return [record for part in self._parts if (record := part.record()) is not None]
+
+    @functools.cached_property
+    def _called(self):
+        """The other parts."""
+        return [part for part in self._parts if part.record() is None]
+
+    @property
+    def sampled(self):
+        """Whether there are impulses beyond those of the records."""
+        return bool(self._called)
+
+    @functools.cached_property
+    def _theta(self):
+        """What a unit state of the generator does in a step."""
+        m, size = self.width, len(self.matrix)
+        whole = np.block([[self._A, self.inputs], [np.zeros((size, m)), self.matrix]])
+        return phi(whole, 0, tau=self._h)[0][:m, m:]
 
     def value(self, t):
         """``E f(t)``."""
@@ -51,20 +75,16 @@ class Acting:
         rows = np.zeros((count // self.width, self.width))
         inside = min(len(rows), self._steps - k)
         if inside > 0:
-            for part in self._parts:
+            for part in self._called:
                 part.add(k, rows[:inside])
         return rows
 
     def all_impulses(self, k, count):
         """Impulses of `count` steps from k on, (count, m): closed forms and records included."""
         rows = np.zeros((count, self.width))
-        for part in self._every_part:
+        for part in self._parts:
             part.add(k, rows)
         if self.start.size:
-            if self._theta is None:
-                m, size = self.width, len(self.matrix)
-                whole = np.block([[self._A, self.inputs], [np.zeros((size, m)), self.matrix]])
-                self._theta = phi(whole, 0, tau=self._h)[0][:m, m:]
             times = self._t0 + self._h * np.arange(k, k + count)
             rows += np.array([_generated(self._load._terms, t) for t in times]) @ self._theta.T
         return rows
@@ -106,14 +126,14 @@ def _generator(terms, E):
     return np.hstack(inputs), matrix
 
 
-def _at_work(A, E, part, factor, t0, h):
+def _at_work(A, E, part, factor, t0, h, phis):
     B = factor * (E if part.direction is None else E @ part.direction[:, None])
     kinds = {_Pieces: _PiecesAtWork, _Interpolated: _InterpolatedAtWork}
-    return kinds[type(part)](A, B, part, t0, h)
+    return kinds[type(part)](A, B, part, t0, h, phis)
 
 
 class _PiecesAtWork:
-    def __init__(self, A, B, pieces, t0, h):
+    def __init__(self, A, B, pieces, t0, h, phis):
         self._A, self._B, self._h, self._pieces = A, B, h, pieces
         x = (pieces.edges - t0) / h
         if h < 0.0:
@@ -122,7 +142,7 @@ class _PiecesAtWork:
         # Within rounding on the grid.
         slack = np.maximum(NEAR, 4.0 * np.finfo(float).eps * np.abs(grid))
         self._x = np.where(np.abs(x - grid) <= slack, grid, x)
-        _, first, second = phi(A, 2, tau=h)
+        _, first, second = phis(2)
         self._constant, self._linear = h * (first @ B).T, h * (second @ B).T
         self._within = {}
 
@@ -193,14 +213,14 @@ class _PiecesAtWork:
 
 
 class _InterpolatedAtWork:
-    def __init__(self, A, B, part, t0, h):
+    def __init__(self, A, B, part, t0, h, phis):
         self._part, self._t0, self._h = part, t0, h
         count = part.degree + 1
         nodes, _ = np.polynomial.legendre.leggauss(count)
         self._nodes = 0.5 * (1.0 + nodes)
         # Coefficients of powers of s/h from values at the nodes.
         powers = np.linalg.inv(np.vander(self._nodes, count, increasing=True))
-        functions = phi(A, count, tau=h)
+        functions = phis(count)
         impulses = [h * math.factorial(j) * (functions[j + 1] @ B).T for j in range(count)]
         self._weights = np.einsum("ji,jnm->inm", powers, impulses)
 

@@ -88,11 +88,14 @@ class StructuralSystem(LinearSystem):
         A[n:, :n] = 0.5 * across @ inverse @ G - K
         A[n:, n:] = -across @ inverse
         super().__init__(A, load=None)
-        self._input = np.vstack([np.zeros((n, n)), np.eye(n)])
         self._set_load(load, n, M)
 
     def _matrices(self):
         return self.mass, self.damping, self.gyroscopic, self.stiffness
+
+    @property
+    def _input(self):
+        return np.vstack([np.zeros((self.dof, self.dof)), np.eye(self.dof)])
 
     @property
     def dof(self):

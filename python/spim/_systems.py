@@ -28,7 +28,6 @@ class LinearSystem:
         self._core = _core.Linear(A)
         self._A = self._core.A
         self._A.flags.writeable = False
-        self._input = np.eye(len(self._A))
         self._set_load(load, len(self._A), None)
 
     def _set_load(self, load, size, mass):
@@ -41,6 +40,11 @@ class LinearSystem:
                 f"load: must be a load from spim.loads, got {type(load).__name__}; "
                 "spim.loads.Function(f) makes one of a function"
             )
+
+    @property
+    def _input(self):
+        """What a load acts on: (m, n) ones and zeros."""
+        return np.eye(len(self._A))
 
     @property
     def load(self):

@@ -283,13 +283,7 @@ impl Arithmetic for Pairs<'_, '_> {
     }
 
     fn add_diagonal(&mut self, c: [f64; 2], x: Slot) {
-        let step = self.layout.doubles() + 1;
-        let rows = self.layout.rows;
-        let hi = doubles_mut(self.hi[x]).iter_mut().step_by(step).take(rows);
-        let lo = doubles_mut(self.lo[x]).iter_mut().step_by(step).take(rows);
-        for (hi, lo) in hi.zip(lo) {
-            [*hi, *lo] = twofold::sum(c, [*hi, *lo]);
-        }
+        pair::add_diagonal(self.layout, c, [&mut *self.hi[x], &mut *self.lo[x]]);
     }
 
     fn scale(&mut self, x: Slot, exponent: i32, times: i32) {

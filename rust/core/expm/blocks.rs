@@ -193,13 +193,17 @@ impl Walk for Blocks {
 
     fn read_one(&self, carried: &[Eight], at: usize, row: &mut [f64]) -> Result<()> {
         let one = self.step_packs();
-        let states = &carried[at * one..][..one];
-        if !dense::is_finite(doubles(states)) {
-            return Err(state_overflow());
-        }
-        dense::unpack(self.shown, states, row);
-        Ok(())
+        copy_out(self.shown, &carried[at * one..][..one], row)
     }
+}
+
+/// Copies states out if all of them are finite.
+pub(super) fn copy_out(shown: Layout, states: &[Eight], row: &mut [f64]) -> Result<()> {
+    if !dense::is_finite(doubles(states)) {
+        return Err(state_overflow());
+    }
+    dense::unpack(shown, states, row);
+    Ok(())
 }
 
 /// Packs that [`store`] needs.

@@ -9,7 +9,7 @@
 
 use std::sync::Arc;
 
-use super::blocks::{Exact, Walk, carried_len, store, visible};
+use super::blocks::{Exact, Walk, carried_len, copy_out, store, visible};
 use super::doubling::Form;
 use super::propagator::{Correction, Power, Propagator, state_overflow};
 use crate::error::Result;
@@ -242,12 +242,8 @@ impl Walk for Driven {
     }
 
     fn read_one(&self, carried: &[Eight], at: usize, row: &mut [f64]) -> Result<()> {
-        let states = &carried[self.column(at) * self.shown.stride..][..self.shown.stride];
-        if !dense::is_finite(doubles(states)) {
-            return Err(state_overflow());
-        }
-        dense::unpack(self.shown, states, row);
-        Ok(())
+        let stride = self.shown.stride;
+        copy_out(self.shown, &carried[self.column(at) * stride..][..stride], row)
     }
 }
 

@@ -17,7 +17,6 @@ pub use blocks::{Blocks, Walk};
 pub use doubling::Form;
 pub use driven::Driven;
 pub use phi::HIGHEST as HIGHEST_PHI;
-use propagator::transpose;
 pub use propagator::{Correction, Propagator};
 
 use arithmetic::{Arithmetic, Division, Doubles, Pairs};
@@ -208,7 +207,7 @@ fn in_doubles(
     let scales = balance::balance(layout, x.matrix(sid::A));
     let (form, _) = recipe.run(&mut x)?;
     whole(&mut x, sid::T, form);
-    finish(layout, scales, x.matrix(sid::T), out)?;
+    finish(layout, scales.as_deref(), x.matrix(sid::T), out)?;
     Ok(norm)
 }
 
@@ -230,7 +229,7 @@ fn in_pairs(
     x.matrix(sid::A).lo.fill(Eight::ZERO);
     let (form, _) = recipe.run(&mut x)?;
     whole(&mut x, sid::T, form);
-    finish(layout, scales, x.matrix(sid::T).hi, out)?;
+    finish(layout, scales.as_deref(), x.matrix(sid::T).hi, out)?;
     Ok(norm)
 }
 
@@ -249,14 +248,9 @@ fn in_pairs_apart(
 }
 
 /// Undoes the balancing and copies an exponential out.
-fn finish(
-    layout: Layout,
-    scales: Option<Vec<i32>>,
-    w: &mut [Eight],
-    out: &mut [f64],
-) -> Result<()> {
+fn finish(layout: Layout, scales: Option<&[i32]>, w: &mut [Eight], out: &mut [f64]) -> Result<()> {
     if let Some(scales) = scales {
-        balance::restore(layout, &scales, w);
+        balance::restore(layout, scales, w);
     }
     if dense::unpack(layout, w, out) { Ok(()) } else { Err(overflow()) }
 }
@@ -372,12 +366,8 @@ pub fn phis(
     let norm = dense::norms(layout, &hi)[0];
     let p = outs.len() - 1;
     let slots = phi::slots(p);
-    let finish = |k: usize, phi: &mut [Eight], outs: &mut [&mut [f64]]| {
-        if let Some(scales) = &scales {
-            balance::restore(layout, scales, phi);
-        }
-        if dense::unpack(layout, phi, outs[k]) { Ok(()) } else { Err(overflow()) }
-    };
+    let mut outs = outs.iter_mut().enumerate();
+    let scales = scales.as_deref();
     if pairs {
         let matrices = Pairs::matrices(slots, Depth::Three);
         let mut memory = dense::work_space(hi.len() * matrices, watch)?;
@@ -385,13 +375,13 @@ pub fn phis(
         x.matrix(phi::A).hi.copy_from_slice(&hi);
         x.matrix(phi::A).lo.copy_from_slice(&lo);
         phi::phis(&mut x, p)?;
-        (0..=p).try_for_each(|k| finish(k, x.matrix(phi::slot(k)).hi, outs))?;
+        outs.try_for_each(|(k, out)| finish(layout, scales, x.matrix(phi::slot(k)).hi, out))?;
     } else {
         let mut memory = dense::work_space(hi.len() * slots, watch)?;
         let mut x = Doubles::new(layout, &mut memory, watch);
         x.matrix(phi::A).copy_from_slice(&hi);
         phi::phis(&mut x, p)?;
-        (0..=p).try_for_each(|k| finish(k, x.matrix(phi::slot(k)), outs))?;
+        outs.try_for_each(|(k, out)| finish(layout, scales, x.matrix(phi::slot(k)), out))?;
     }
     Ok(norm)
 }
@@ -419,9 +409,9 @@ pub fn quotient(
         dense::pack(layout, matrix, x.matrix(slot).hi);
         x.matrix(slot).lo.fill(Eight::ZERO);
         // Row by row was the transposed matrix.
-        transpose(layout, x.matrix(slot).hi);
+        dense::transpose(layout, x.matrix(slot).hi);
     }
     x.solve(D, B, SPARE, X)?;
-    transpose(layout, x.matrix(X).hi);
+    dense::transpose(layout, x.matrix(X).hi);
     if dense::unpack(layout, x.matrix(X).hi, out) { Ok(()) } else { Err(overflow()) }
 }

@@ -7,8 +7,8 @@ use super::doubling::{Form, double, overflow};
 use super::{Exponential, Recipe, exponential};
 use crate::error::{Error, Result};
 use crate::linalg::dense::{self, Watch};
-use crate::linalg::kernel::{Depth, Eight, Layout, Product, dispatch, doubles, doubles_mut};
-use crate::linalg::pair::{Pair, PairEngine, PairMut};
+use crate::linalg::kernel::{Depth, Eight, Layout, Product, dispatch, doubles};
+use crate::linalg::pair::{Pair, PairEngine, PairMut, add_diagonal};
 use crate::linalg::symplectic::{self, Polish};
 use crate::linalg::twofold;
 
@@ -80,13 +80,14 @@ impl Propagator {
         };
         let pairs = correction == Correction::Exact;
         let mut one = exponential(rows, recipe, a, tau, pairs, watch)?;
-        transpose(layout, &mut one.hi);
+        dense::transpose(layout, &mut one.hi);
         if pairs {
-            transpose(layout, &mut one.lo);
+            dense::transpose(layout, &mut one.lo);
             // A pair has digits enough for slow modes in the whole; in the increment, modes that
             // decay would lose theirs.
             if one.form == Form::Increment {
-                add_identity(layout, &mut one);
+                add_diagonal(layout, [1.0, 0.0], [&mut one.hi, &mut one.lo]);
+                one.form = Form::Whole;
             }
         } else {
             // What steps in doubles is the rounded increment.
@@ -176,11 +177,7 @@ impl Propagator {
             return symplectic::defect(self.layout(), t, watch);
         }
         let (mut hi, mut lo) = (self.one.hi.clone(), self.one.lo.clone());
-        for j in 0..self.rows() {
-            let at = j * (self.layout().doubles() + 1);
-            let (hi, lo) = (&mut doubles_mut(&mut hi)[at], &mut doubles_mut(&mut lo)[at]);
-            [*hi, *lo] = twofold::sum([-1.0, 0.0], [*hi, *lo]);
-        }
+        add_diagonal(self.layout(), [-1.0, 0.0], [&mut hi, &mut lo]);
         symplectic::defect(self.layout(), Pair { hi: &hi, lo: &lo }, watch)
     }
 
@@ -285,31 +282,9 @@ impl Propagator {
     }
 }
 
-/// `exp(A)` of its increment, in pairs.
-fn add_identity(layout: Layout, one: &mut Exponential) {
-    let step = layout.doubles() + 1;
-    let hi = doubles_mut(&mut one.hi).iter_mut().step_by(step).take(layout.rows);
-    let lo = doubles_mut(&mut one.lo).iter_mut().step_by(step).take(layout.rows);
-    for (hi, lo) in hi.zip(lo) {
-        [*hi, *lo] = twofold::sum([1.0, 0.0], [*hi, *lo]);
-    }
-    one.form = Form::Whole;
-}
-
 /// The error for a state beyond the largest double.
 pub(super) fn state_overflow() -> Box<Error> {
     Error::overflow(
         "the state overflows: a component exceeds 1.8e308; the system grows without bound",
     )
-}
-
-/// Exchanges rows and columns.
-pub(super) fn transpose(layout: Layout, x: &mut [Eight]) {
-    let (m, ld) = (layout.rows, layout.doubles());
-    let x = doubles_mut(x);
-    for j in 0..m {
-        for i in 0..j {
-            x.swap(j * ld + i, i * ld + j);
-        }
-    }
 }

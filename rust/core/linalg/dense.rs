@@ -4,6 +4,7 @@ use std::cell::Cell;
 
 use super::kernel::{
     ColumnSums, Eight, Layout, PackColumns, Product, Scale, Sums, UnpackColumns, dispatch,
+    doubles_mut,
 };
 use crate::error::{Error, Result};
 
@@ -76,6 +77,17 @@ pub fn pack(layout: Layout, plain: &[f64], packed: &mut [Eight]) {
 #[inline]
 pub fn unpack(layout: Layout, packed: &[Eight], plain: &mut [f64]) -> bool {
     dispatch(UnpackColumns { layout, packed, plain })
+}
+
+/// Exchanges rows and columns.
+pub fn transpose(layout: Layout, x: &mut [Eight]) {
+    let (m, ld) = (layout.rows, layout.doubles());
+    let x = doubles_mut(x);
+    for j in 0..m {
+        for i in 0..j {
+            x.swap(j * ld + i, i * ld + j);
+        }
+    }
 }
 
 /// `C = A B (+ alpha D)` with `A` square. Large products look outside between panels of columns.

@@ -2,8 +2,10 @@
 
 use super::dense::{LONG, Watch, panel_columns};
 use super::kernel::{
-    Combinations, Depth, Eight, Layout, PairProduct, Slices, SmallPairProduct, dispatch, slice_bits,
+    Combinations, Depth, Eight, Layout, PairProduct, Slices, SmallPairProduct, dispatch,
+    doubles_mut, slice_bits,
 };
+use super::twofold;
 use crate::error::Result;
 
 /// A matrix of pairs, to read.
@@ -129,4 +131,14 @@ pub fn combine<const N: usize, const K: usize>(
         c,
         outs: outs.map(|out| (out.hi, out.lo)),
     });
+}
+
+/// `X <- X + c I`.
+pub fn add_diagonal(layout: Layout, c: [f64; 2], [hi, lo]: [&mut [Eight]; 2]) {
+    let step = layout.doubles() + 1;
+    let hi = doubles_mut(hi).iter_mut().step_by(step).take(layout.rows);
+    let lo = doubles_mut(lo).iter_mut().step_by(step).take(layout.rows);
+    for (hi, lo) in hi.zip(lo) {
+        [*hi, *lo] = twofold::sum(c, [*hi, *lo]);
+    }
 }

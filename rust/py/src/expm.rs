@@ -262,18 +262,27 @@ fn run(
             py.check_signals()?;
         }
     }
-    if norm > recipe.precision_limit() / rows as f64 {
-        warn_of_size(py, rows, recipe, a)?;
-    }
-    Ok(())
+    warn_of_size(py, rows, recipe, norm, 1.0, a)
 }
 
-/// Warns where a 1-norm leaves no digits.
-pub fn warn_of_size(py: Python<'_>, rows: usize, recipe: Recipe, stack: &[f64]) -> PyResult<()> {
+/// Warns where a 1-norm of `tau A` leaves no digits, for matrices of a stack, row by row; `about` is
+/// that of the transposed ones, infinite if it is not known.
+pub fn warn_of_size(
+    py: Python<'_>,
+    rows: usize,
+    recipe: Recipe,
+    about: f64,
+    tau: f64,
+    stack: &[f64],
+) -> PyResult<()> {
+    // Norms of a matrix and of its transpose differ by no more than the number of rows.
+    if about <= recipe.precision_limit() / rows as f64 {
+        return Ok(());
+    }
     let mut largest = 0.0_f64;
     for a in stack.chunks_exact(rows * rows) {
         for j in 0..rows {
-            largest = largest.max((0..rows).map(|i| a[i * rows + j].abs()).sum());
+            largest = largest.max((0..rows).map(|i| (tau * a[i * rows + j]).abs()).sum());
         }
     }
     if largest <= recipe.precision_limit() {

@@ -10,7 +10,7 @@ use spim::expm::{Recipe, Scheme};
 use spim::method::{self, METHODS, Options, State, Value};
 use spim::observe::{Poll, Recorder};
 use spim::propagate::{Clock, End, propagate};
-use spim::system::{self, Flow, Hamiltonian, Problem};
+use spim::system::{self, Flow, Generator, Hamiltonian, Problem};
 
 use crate::convert::{self, real, slice, slice_mut};
 use crate::error::{from_python, guarded, to_python};
@@ -122,8 +122,13 @@ pub fn integrate<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let py = system.py();
     let mut linear = system.get().system.clone();
+    let info = method::find(method).map_err(to_python)?;
     if let Some(load) = load {
-        let (load, generator) = Acting::new(load)?;
+        // Impulses are of exponential steps alone.
+        let (load, generator) = match info.needs {
+            method::Needs::Linear => Acting::of_steps(load)?,
+            _ => (Acting::of_values(load), Generator::default()),
+        };
         linear = Arc::new(linear.with_load(Arc::new(load), generator).map_err(to_python)?);
     }
     let m = linear.len();
@@ -151,7 +156,6 @@ pub fn integrate<'py>(
     convert::check_finite("z0", z0.shape(), slice(&z0))?;
     let every = convert::every(every)?;
     let (clock, uneven) = Clock::new(t0, t1, step).map_err(to_python)?;
-    let info = method::find(method).map_err(to_python)?;
     let options = options_of(options)?;
     options.check(info).map_err(to_python)?;
     if info.needs == method::Needs::Linear {
@@ -159,8 +163,7 @@ pub fn integrate<'py>(
             "auto" => Recipe::auto(m),
             _ => Recipe { scheme: Scheme::Spim([2, 2]), doublings: None },
         };
-        let scaled: Vec<_> = linear.matrix().iter().map(|a| clock.h * a).collect();
-        warn_of_size(py, m, recipe, &scaled)?;
+        warn_of_size(py, m, recipe, f64::INFINITY, clock.h, linear.matrix())?;
     }
     let rows = Recorder::rows_for(clock.steps, every, true).map_err(to_python)?;
     let z = convert::empty(py, &[rows, m])?;

@@ -20,8 +20,13 @@ pub struct Acting {
 }
 
 impl Acting {
-    /// Takes the closed form out of the object.
-    pub fn new(object: &Bound<'_, PyAny>) -> PyResult<(Acting, Generator)> {
+    /// For methods that ask for values alone.
+    pub fn of_values(object: &Bound<'_, PyAny>) -> Acting {
+        Acting { object: object.clone().unbind(), records: Vec::new(), sampled: false }
+    }
+
+    /// For methods that step by exponentials, with the closed form taken out of the object.
+    pub fn of_steps(object: &Bound<'_, PyAny>) -> PyResult<(Acting, Generator)> {
         let numbers = |name: &str| -> PyResult<Vec<f64>> {
             Ok(slice(&real(name, &object.getattr(name)?)?).to_vec())
         };

@@ -89,10 +89,7 @@ pub fn phi<'py>(
             })
         })?
         .map_err(to_python)?;
-        if largest > recipe.precision_limit() / rows as f64 {
-            let scaled: Vec<_> = slice(&a).iter().map(|a| tau * a).collect();
-            warn_of_size(py, rows, recipe, &scaled)?;
-        }
+        warn_of_size(py, rows, recipe, largest, tau, slice(&a))?;
     }
     PyList::new(py, &arrays[..=k as usize])
 }

@@ -118,10 +118,7 @@ impl Propagator {
                 guarded(|| Core::new(rows, &matrix, tau, recipe, wanted, &mut watch::signals()))
             })?
             .map_err(to_python)?;
-        if core.norm() > recipe.precision_limit() / rows as f64 {
-            let scaled: Vec<_> = matrix.iter().map(|a| tau * a).collect();
-            warn_of_size(py, rows, recipe, &scaled)?;
-        }
+        warn_of_size(py, rows, recipe, core.norm(), tau, &matrix)?;
         let options = PyDict::new(py);
         let given = [("pade", pade), ("order", order), ("doublings", doublings)];
         for (name, value) in given.into_iter().filter_map(|(name, value)| Some((name, value?))) {
