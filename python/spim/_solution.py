@@ -183,9 +183,11 @@ class Solution:
         return half
 
     def __repr__(self):
+        # None at all where a run has failed before the first time of t_eval.
+        span = f"t = {self.t[0]:g} .. {self.t[-1]:g}, " if len(self.t) else ""
         return (
             f"Solution({len(self.t)} states of {self.z.shape[1]} components, "
-            f"t = {self.t[0]:g} .. {self.t[-1]:g}, step {self.step:g}, {self.method}: "
+            f"{span}step {self.step:g}, {self.method}: "
             f"{self.message})"
         )
 
