@@ -6,6 +6,7 @@ mod blocks;
 mod coefficients;
 mod doubling;
 mod driven;
+mod half;
 mod lu;
 mod pade;
 mod phi;
@@ -25,12 +26,14 @@ use doubling::{overflow, whole};
 use crate::error::{Error, Result};
 use crate::linalg::dense::{self, Watch};
 use crate::linalg::kernel::{Depth, Eight, Layout, dispatch, doubles, doubles_mut};
+use crate::linalg::pair::add_diagonal;
 use crate::linalg::twofold;
 
 /// How an exponential is formed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scheme {
-    /// SID 21+ in pairs of doubles: correctly rounded but for rare entries.
+    /// SID 21+ in pairs of doubles, or half-size doubling in pairs for separable matrices: correctly
+    /// rounded but for rare entries.
     Exact,
     /// Taylor, SID 15+ or SID 21+ in doubles, by norm.
     Sid,
@@ -38,6 +41,8 @@ pub enum Scheme {
     Pade([usize; 2]),
     /// The paper's: numerator and denominator of `[l/m]` doubled apart, eqs. (39), (44).
     Spim([usize; 2]),
+    /// Half-size doubling in doubles, for separable matrices alone: fast, and for moderate stiffness.
+    Half,
     /// The paper's PIM: Taylor polynomial of this order, doubled, eqs. (36)–(38).
     Pim(usize),
 }
@@ -71,6 +76,11 @@ impl Recipe {
     pub fn auto(rows: usize) -> Recipe {
         let scheme = if rows <= SMALL { Scheme::Exact } else { Scheme::Sid };
         Recipe { scheme, doublings: None }
+    }
+
+    /// The default for a matrix that pays once for many steps: in pairs for separable ones too.
+    pub fn for_steps(rows: usize, a: &[f64]) -> Recipe {
+        if half::is_separable(rows, a) { Recipe::EXACT } else { Recipe::auto(rows) }
     }
 
     /// Checks degrees and counts.
@@ -107,7 +117,7 @@ impl Recipe {
     /// Order of the approximation where it is a fixed one.
     pub fn order(self) -> Option<usize> {
         match self.scheme {
-            Scheme::Exact | Scheme::Sid => None,
+            Scheme::Exact | Scheme::Sid | Scheme::Half => None,
             Scheme::Pade([l, m]) | Scheme::Spim([l, m]) => Some(l + m),
             Scheme::Pim(order) => Some(order),
         }
@@ -119,14 +129,14 @@ impl Recipe {
         match self.scheme {
             Scheme::Exact => true,
             Scheme::Spim(_) | Scheme::Pim(_) => rows <= SMALL,
-            Scheme::Sid | Scheme::Pade(_) => false,
+            Scheme::Sid | Scheme::Pade(_) | Scheme::Half => false,
         }
     }
 
     /// Matrices the scheme works with.
     fn slots(self) -> usize {
         match self.scheme {
-            Scheme::Exact | Scheme::Sid => sid::SLOTS,
+            Scheme::Exact | Scheme::Sid | Scheme::Half => sid::SLOTS,
             _ => pade::SLOTS,
         }
     }
@@ -134,7 +144,8 @@ impl Recipe {
     fn run(self, x: &mut impl Division) -> Result<(Form, u32)> {
         let fixed = self.doublings.unwrap_or(PAPER_DOUBLINGS);
         match self.scheme {
-            Scheme::Exact | Scheme::Sid => sid::exponential(x, self.doublings),
+            // Halves are done by themselves.
+            Scheme::Exact | Scheme::Sid | Scheme::Half => sid::exponential(x, self.doublings),
             Scheme::Pade(degrees) => pade::small_scale(x, degrees, self.doublings),
             Scheme::Spim(degrees) => pade::doubled_apart(x, degrees, fixed),
             Scheme::Pim(order) => pade::taylor(x, order, fixed),
@@ -161,6 +172,9 @@ pub fn exponentials(
     }
     let layout = Layout::new(rows);
     let size = rows * rows;
+    if recipe.scheme == Scheme::Half {
+        return in_halves(rows, recipe, stack, out, watch);
+    }
     let pairs = recipe.in_pairs(rows);
     let tiny = rows <= small::LARGEST && matches!(recipe.scheme, Scheme::Exact | Scheme::Sid);
     let matrices = match (tiny, pairs) {
@@ -247,6 +261,26 @@ fn in_pairs_apart(
     })
 }
 
+/// As [`exponentials`], by halves.
+fn in_halves(
+    rows: usize,
+    recipe: Recipe,
+    stack: &[f64],
+    out: &mut [f64],
+    watch: &mut Watch,
+) -> Result<f64> {
+    let size = rows * rows;
+    let mut norm = 0.0_f64;
+    for (a, out) in stack.chunks_exact(size).zip(out.chunks_exact_mut(size)) {
+        let Exponential { layout, mut hi, mut lo, norm: found, .. } =
+            exponential(rows, recipe, a, 1.0, false, watch)?;
+        add_diagonal(layout, [1.0, 0.0], [&mut hi, &mut lo]);
+        finish(layout, None, &mut hi, out)?;
+        norm = norm.max(found);
+    }
+    Ok(norm)
+}
+
 /// Undoes the balancing and copies an exponential out.
 fn finish(layout: Layout, scales: Option<&[i32]>, w: &mut [Eight], out: &mut [f64]) -> Result<()> {
     if let Some(scales) = scales {
@@ -274,6 +308,8 @@ pub struct Exponential {
     pub doublings: u32,
     /// 1-norm of the matrix, as stored column by column.
     pub norm: f64,
+    /// Whether it was made by half-size doubling.
+    pub by_halves: bool,
 }
 
 /// `exp(tau A)` of the exact product of the doubles `tau` and `A`, in doubles or (`pairs`) in pairs
@@ -289,6 +325,9 @@ pub fn exponential(
     pairs: bool,
     watch: &mut Watch,
 ) -> Result<Exponential> {
+    if let Some(wanted) = by_halves(rows, recipe, a, pairs)? {
+        return half::exponential(rows, a, tau, wanted, watch);
+    }
     let Prepared { layout, mut hi, mut lo, scales } = prepare(rows, a, tau)?;
     let packs = hi.len();
     let norm = dense::norms(layout, &hi)[0];
@@ -320,7 +359,25 @@ pub fn exponential(
     if !dense::is_finite(doubles(&hi)) {
         return Err(overflow());
     }
-    Ok(Exponential { layout, form, hi, lo, doublings, norm })
+    Ok(Exponential { layout, form, hi, lo, doublings, norm, by_halves: false })
+}
+
+/// How far half-size doubling goes, where it is what the recipe asks for.
+fn by_halves(rows: usize, recipe: Recipe, a: &[f64], pairs: bool) -> Result<Option<half::Wanted>> {
+    let asked = recipe.scheme == Scheme::Half;
+    if !asked && (recipe.scheme != Scheme::Exact || recipe.doublings.is_some()) {
+        return Ok(None);
+    }
+    match half::is_separable(rows, a) {
+        true if pairs => Ok(Some(half::Wanted::Pairs)),
+        true if asked => Ok(Some(half::Wanted::Doubles)),
+        true => Ok(Some(half::Wanted::Rounded)),
+        false if asked => Err(Error::argument(
+            "method: \"half\" needs a separable matrix, [0 P; R 0] with symmetric blocks for \
+             z = [q; p], as undamped structures have it; use \"auto\"",
+        )),
+        false => Ok(None),
+    }
 }
 
 /// The exact product of a number and a balanced matrix.

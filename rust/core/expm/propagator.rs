@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use super::arithmetic::{Doubles, Pairs};
 use super::doubling::{Form, double, overflow};
-use super::{Exponential, Recipe, exponential};
+use super::{Exponential, Recipe, exponential, half};
 use crate::error::{Error, Result};
 use crate::linalg::dense::{self, Watch};
 use crate::linalg::kernel::{Depth, Eight, Layout, Product, dispatch, doubles};
@@ -65,7 +65,8 @@ impl Propagator {
         let mut packed = dense::zeros(layout.packs(rows))?;
         // Row by row is the transposed matrix column by column; it is Hamiltonian when A is.
         dense::pack(layout, a, &mut packed);
-        let hamiltonian = symplectic::is_hamiltonian(layout, &packed);
+        let separable = half::is_separable(rows, a);
+        let hamiltonian = separable || symplectic::is_hamiltonian(layout, &packed);
         let asked = correction;
         let mut correction = match correction {
             None if hamiltonian => Correction::Polish,
@@ -120,6 +121,11 @@ impl Propagator {
     /// Size of the state.
     pub fn rows(&self) -> usize {
         self.one.layout.rows
+    }
+
+    /// Whether the exponential was made by half-size doubling.
+    pub fn by_halves(&self) -> bool {
+        self.one.by_halves
     }
 
     /// Doublings taken.

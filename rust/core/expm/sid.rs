@@ -74,7 +74,7 @@ pub fn exponential(x: &mut impl Arithmetic, doublings: Option<u32>) -> Result<(F
 /// The least `s` with `alpha <= theta 2^s`, `alpha = min(|A|, max(|A^2|^(1/2), |A^3|^(1/3)))`, which
 /// bounds all `|A^k|^(1/k)`, `k >= 2` (Al-Mohy & Higham, 2009); `None` where `alpha` is 0.
 #[inline(always)]
-fn halvings([one, two, three]: [f64; 3], theta: f64) -> Option<i32> {
+pub(super) fn halvings([one, two, three]: [f64; 3], theta: f64) -> Option<i32> {
     let exponent = |norm: f64| (norm >= f64::MIN_POSITIVE).then(|| exponent_above(norm));
     let ceiling = |x: i32, n: i32| -(-x).div_euclid(n);
     let one = exponent(one / theta)?;

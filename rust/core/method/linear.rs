@@ -149,13 +149,12 @@ pub(super) const AUTO: MethodInfo = MethodInfo {
                 Algorithms 59 (2012)",
     options: &[CORRECTION, DOUBLINGS],
     build: |problem, h, options, watch| {
-        let rows = problem.flow().len();
-        let recipe = Recipe { doublings: doublings(options)?, ..Recipe::auto(rows) };
-        let why = match recipe.scheme {
-            Scheme::Exact => "correctly rounded exponential: the state has 32 components or fewer",
-            _ => "SID 21+ in doubles: the state has more than 32 components",
+        let doublings = doublings(options)?;
+        let choose = |rows: usize, a: &[f64]| match doublings {
+            None => Recipe::for_steps(rows, a),
+            _ => Recipe { doublings, ..Recipe::auto(rows) },
         };
-        build(problem, h, recipe, options, why, watch)
+        build(problem, h, choose, options, watch)
     },
 };
 
@@ -174,7 +173,7 @@ pub(super) const SPIM: MethodInfo = MethodInfo {
     build: |problem, h, options, watch| {
         let degrees = degrees(options.counts("pade")?)?;
         let recipe = Recipe { scheme: Scheme::Spim(degrees), doublings: doublings(options)? };
-        build(problem, h, recipe, options, "", watch)
+        build(problem, h, |_, _| recipe, options, watch)
     },
 };
 
@@ -193,7 +192,8 @@ pub(super) const PIM: MethodInfo = MethodInfo {
     options: &[CORRECTION, DOUBLINGS, ORDER],
     build: |problem, h, options, watch| {
         let scheme = Scheme::Pim(options.count("order")?.unwrap_or(4));
-        build(problem, h, Recipe { scheme, doublings: doublings(options)? }, options, "", watch)
+        let recipe = Recipe { scheme, doublings: doublings(options)? };
+        build(problem, h, |_, _| recipe, options, watch)
     },
 };
 
@@ -215,27 +215,35 @@ fn degrees(given: Option<Vec<usize>>) -> Result<[usize; 2]> {
 fn build(
     problem: &Problem,
     h: f64,
-    recipe: Recipe,
+    choose: impl FnOnce(usize, &[f64]) -> Recipe,
     options: &Options,
-    why: &str,
     watch: &mut Watch,
 ) -> Result<Box<dyn Step>> {
     let Some(system) = problem.linear() else {
         return Err(Error::unsupported("the exponential needs a linear system"));
     };
     let correction = options.text("correction")?.map_or(Ok(None), correction)?;
-    // A polished PIM would be symplectic, which the paper's is not: only on request.
-    let plain = matches!(recipe.scheme, Scheme::Pim(_)).then_some(Correction::None);
-    let correction = correction.or(plain);
     let shown = problem.flow().len();
     let along = system.generated();
-    let size = shown + along.len();
-    let propagator = Propagator::new(size, &system.whole(), h, recipe.check()?, correction, watch)?;
-    let why = match (why, propagator.correction) {
-        (why, Correction::Exact) => join(why, "state kept correctly rounded"),
-        (why, Correction::Polish) => join(why, "symplectic polish: A is Hamiltonian"),
-        (why, Correction::None) => why.to_string(),
+    let (size, whole) = (shown + along.len(), system.whole());
+    let recipe = choose(size, &whole).check()?;
+    // A polished PIM would be symplectic, which the paper's is not: only on request.
+    let plain = matches!(recipe.scheme, Scheme::Pim(_)).then_some(Correction::None);
+    let propagator = Propagator::new(size, &whole, h, recipe, correction.or(plain), watch)?;
+    let scheme = match recipe.scheme {
+        Scheme::Exact if propagator.by_halves() => {
+            "correctly rounded exponential, by halves: the system is separable"
+        }
+        Scheme::Exact => "correctly rounded exponential: the state has 32 components or fewer",
+        Scheme::Sid => "SID 21+ in doubles: the state has more than 32 components",
+        _ => "",
     };
+    let correction = match propagator.correction {
+        Correction::Exact => "state kept correctly rounded",
+        Correction::Polish => "symplectic polish: A is Hamiltonian",
+        Correction::None => "",
+    };
+    let why = join(scheme, correction);
     let (propagator, system) = (Arc::new(propagator), system.clone());
     Ok(match system.load().cloned() {
         Some(load) if load.is_sampled() => {
@@ -250,7 +258,8 @@ fn build(
 }
 
 fn join(why: &str, more: &str) -> String {
-    if why.is_empty() { more.to_string() } else { format!("{why}; {more}") }
+    let apart = if why.is_empty() || more.is_empty() { "" } else { "; " };
+    format!("{why}{apart}{more}")
 }
 
 /// The correction of a name, `None` for `auto`.

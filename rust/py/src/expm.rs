@@ -11,13 +11,14 @@ use crate::convert::{self, Numbers, numbers, slice, slice_mut};
 use crate::error::{PrecisionWarning, guarded, to_python};
 use crate::watch;
 
-const METHODS: [(&str, &[&str]); 6] = [
+const METHODS: [(&str, &[&str]); 7] = [
     ("auto", &["doublings"]),
     ("exact", &["doublings"]),
     ("sid", &["doublings"]),
     ("pade", &["pade", "doublings"]),
     ("pim", &["order", "doublings"]),
     ("spim", &["pade", "doublings"]),
+    ("half", &[]),
 ];
 
 /// Multiply-adds below which the interpreter is not let go: about 50 us of work.
@@ -70,6 +71,7 @@ pub fn recipe(rows: usize, method: &Bound<'_, PyAny>, given: &Given) -> PyResult
         "sid" => Scheme::Sid,
         "pade" => Scheme::Pade(given.pade.map_or(Ok([13, 13]), degrees)?),
         "pim" => Scheme::Pim(order.unwrap_or(4) as usize),
+        "half" => Scheme::Half,
         "spim" => Scheme::Spim(given.pade.map_or(Ok([2, 2]), degrees)?),
         _ => Recipe::auto(rows).scheme,
     };
@@ -93,11 +95,12 @@ fn degrees(value: &Bound<'_, PyAny>) -> PyResult<[usize; 2]> {
 /// A : array_like (..., m, m)
 ///     Real or complex. Integers, booleans and single precision become float64; complex matrices
 ///     are treated as real ones of twice the size.
-/// method : {"auto", "exact", "sid", "pade", "pim", "spim"}
+/// method : {"auto", "exact", "sid", "half", "pade", "pim", "spim"}
 ///     "exact" works in pairs of doubles: the error is at most 0.51 units in the last place of the
 ///     largest entry while the 1-norm is at most 1e12, and entries are correctly rounded but for
 ///     rare ones. "sid" is a Taylor scheme in doubles (Sastre, Ibáñez & Defez 2019), "pade" the
-///     ratio at the small scale. "pim" and "spim" are the paper's (eqs. 36-38; 39, 44), with fixed
+///     ratio at the small scale, "half" half-size doubling in doubles of separable matrices,
+///     ``[0 P; R 0]`` with symmetric blocks: fast, for moderate stiffness. "pim" and "spim" are the paper's (eqs. 36-38; 39, 44), with fixed
 ///     numbers of doublings. "auto" is "exact" to m = 32 and "sid" above.
 /// doublings : int, optional
 ///     How often the matrix is halved first; default 20 for "pim" and "spim", from norms otherwise.

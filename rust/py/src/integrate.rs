@@ -160,7 +160,7 @@ pub fn integrate<'py>(
     options.check(info).map_err(to_python)?;
     if info.needs == method::Needs::Linear {
         let recipe = match info.name {
-            "auto" => Recipe::auto(m),
+            "auto" => Recipe::for_steps(m, linear.matrix()),
             _ => Recipe { scheme: Scheme::Spim([2, 2]), doublings: None },
         };
         warn_of_size(py, m, recipe, f64::INFINITY, clock.h, linear.matrix())?;
