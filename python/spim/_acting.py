@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from spim._core import phi
+from spim._core import SingularMatrixError, expm, phi
 from spim.loads import NEAR, _Interpolated, _Pieces
 
 # Different distances of breakpoints from grid points for which exponentials are kept.
@@ -84,10 +84,67 @@ class Acting:
         rows = np.zeros((count, self.width))
         for part in self._parts:
             part.add(k, rows)
-        if self.start.size:
+        if self._load._terms:
             times = self._t0 + self._h * np.arange(k, k + count)
             rows += np.array([_generated(self._load._terms, t) for t in times]) @ self._theta.T
         return rows
+
+
+class ActingStepByStep(Acting):
+    """A load of which everything is integrated over each step, closed forms as well."""
+
+    def __init__(self, A, E, load, t0, h, steps):
+        super().__init__(A, E, load, t0, h, steps)
+        # What the closed form needs is kept under other names: the core steps nothing along.
+        self._closed = self.inputs, self.matrix, self.start
+        self.inputs, self.matrix, self.start = np.zeros((len(A), 0)), np.zeros((0, 0)), np.zeros(0)
+
+    records, sampled = (), True
+
+    @functools.cached_property
+    def _theta(self):
+        inputs, matrix, _ = self._closed
+        m, size = self.width, len(matrix)
+        whole = np.block([[self._A, inputs], [np.zeros((size, m)), matrix]])
+        return phi(whole, 0, tau=self._h)[0][:m, m:]
+
+    def impulses(self, k, count):
+        """All impulses of steps k, k + 1, ..: `count` numbers, a row a step; zero beyond the run."""
+        rows = np.zeros((count // self.width, self.width))
+        inside = min(len(rows), self._steps - k)
+        if inside > 0:
+            rows[:inside] = self.all_impulses(k, inside)
+        return rows
+
+
+class ActingByInverse(Acting):
+    """The paper's eq. 45: loads linear over each step, integrated by the inverse of A in doubles."""
+
+    def __init__(self, A, E, load, t0, h, steps):
+        super().__init__(A, E, load, t0, h, steps)
+        self.inputs, self.matrix, self.start = np.zeros((len(A), 0)), np.zeros((0, 0)), np.zeros(0)
+        try:
+            if np.linalg.cond(A, 1) > 1.0 / np.finfo(float).eps:
+                raise np.linalg.LinAlgError
+            inverse = np.linalg.inv(A)
+        except np.linalg.LinAlgError:
+            raise SingularMatrixError(
+                'forcing: "inverse" needs a matrix with an inverse, and A is singular to rounding '
+                '(rigid modes?); forcing="exact" needs none'
+            ) from None
+        grown = expm(h * A) - np.eye(len(A))
+        # Of r0 + r1 s: (T A^-1) r0 + (T A^-2 - h A^-1) r1, T the increment.
+        self._weights = inverse @ grown @ E, inverse @ (inverse @ grown - h * np.eye(len(A))) @ E
+
+    sampled = False
+
+    @property
+    def records(self):
+        """One record: the load at all grid points."""
+        constant, linear = self._weights
+        times = self._t0 + self._h * np.arange(self._steps + 1)
+        late = linear / self._h
+        return [(np.ascontiguousarray(self._load(times)), 0, constant - late, late)]
 
 
 def _generated(terms, t):

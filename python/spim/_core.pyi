@@ -14,8 +14,10 @@ __all__ = [
     "SpimError",
     "Stepper",
     "UnsupportedError",
+    "apply",
     "build_info",
     "caught_panics",
+    "energy_coordinates",
     "expm",
     "grid",
     "integrate",
@@ -48,6 +50,8 @@ def caught_panics() -> int: ...
 def grid(t0: float, t1: float, step: float) -> tuple[float, int, bool]: ...
 def quadratic(S: ArrayLike, x: ArrayLike) -> np.ndarray: ...
 def solve(D: ArrayLike, B: ArrayLike) -> np.ndarray: ...
+def energy_coordinates(M: ArrayLike, K: ArrayLike) -> list[tuple[np.ndarray, np.ndarray]]: ...
+def apply(hi: ArrayLike, lo: ArrayLike, x: ArrayLike) -> np.ndarray: ...
 def methods() -> list[dict[str, Any]]: ...
 def integrate(
     system: Linear,
@@ -59,6 +63,7 @@ def integrate(
     step: float,
     method: str,
     every: int,
+    outputs: ArrayLike | None,
     options: dict[str, Any],
     progress: Callable[[float, float], object] | None,
 ) -> dict[str, Any]: ...

@@ -20,6 +20,7 @@ def integrate(
     method="auto",
     t_eval=None,
     every=1,
+    outputs=None,
     progress=None,
     throw=True,
     **options,
@@ -46,6 +47,9 @@ def integrate(
         memory meanwhile.
     every : int
         Only each `every`-th state is stored, and the last one: the same bits as with 1.
+    outputs : array_like (r, m), or sequence of int (r,), optional
+        What to store in place of states: rows of a matrix, or numbers of components (degrees of
+        freedom, for a structure's displacements); ``solution.outputs`` has them.
     progress : bool or callable, optional
         True for a bar; a callable is called as ``progress(fraction, t)`` every 20 ms or so, and at
         the end of a run that gets there.
@@ -92,8 +96,12 @@ def integrate(
         raise TypeError(f"method: must be a string, got {type(method).__name__}")
     t0, t1 = _span(t_span)
     times = _times(t_eval, t0, t1, every)
+    shown = None if outputs is None else _outputs(outputs, system.size)
     with reporter(progress) as report:
-        run = walk(system, z0, t0, t1, _number("step", step), method, every, options, report)
+        step = _number("step", step)
+        # Times between grid points are reached from states.
+        kept = shown if times is None else None
+        run = walk(system, z0, t0, t1, step, method, every, options, report, kept)
         if report is not None and run["error"] is None:
             report(1.0, t1)
     if run["uneven"]:
@@ -103,14 +111,34 @@ def integrate(
             stacklevel=2,
         )
     _warn_beyond(system, t0, t1)
-    solution = Solution(system, run, options)
+    solution = Solution(system, run, options, shown=kept is not None)
     if times is not None:
         solution._restrict(times)
+        if shown is not None:
+            solution._show(shown)
     error = run["error"]
     if error is not None and (throw or not isinstance(error, Exception)):
         error.partial = solution
         raise error
     return solution
+
+
+def _outputs(given, size):
+    """The outputs as a matrix (r, m)."""
+    array = finite("outputs", given)
+    if array.ndim == 1 and array.size:
+        whole = array.astype(int)
+        wrong = (whole != array) | (whole < 0) | (whole >= size)
+        if wrong.any():
+            bad = array[wrong][0]
+            raise ValueError(f"outputs: components are numbered 0 to {size - 1}, got {bad:g}")
+        return np.eye(size)[whole]
+    if array.ndim != 2 or array.shape[1] != size or not len(array):
+        raise ValueError(
+            f"outputs: must be numbers of components or a matrix (r, {size}), got shape "
+            f"{array.shape}"
+        )
+    return array
 
 
 def _times(t_eval, t0, t1, every):

@@ -17,7 +17,7 @@ class Method:
     symplectic, symmetric, energy_preserving : bool
         Of the step on Hamiltonian systems.
     needs : str
-        The structure it needs: "flow" (any system) or "linear".
+        The structure it needs: "flow" (any system), "linear" or "structure".
     reproducible : str
         Where its results are the same bits.
     reference : str

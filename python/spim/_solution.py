@@ -20,7 +20,11 @@ class Solution:
     t : ndarray (k,)
         Times of the stored states.
     z : ndarray (k, m)
-        States, time first.
+        States, time first. Not there where outputs were asked for.
+    outputs : ndarray (k, r)
+        What was asked for with ``outputs=``.
+    last : ndarray (m,)
+        The state the run has reached.
     step : float
         The step taken, signed: that asked for, or the next smaller one that divides the span.
     method : str
@@ -37,11 +41,15 @@ class Solution:
         What ended a run that failed.
     """
 
-    def __init__(self, system, run, options):
+    def __init__(self, system, run, options, shown=False):
         self.system = system
         self._options = options
         self._name = run["method"]
-        self.t, self.z = run["t"], run["z"]
+        self.t, self.last = run["t"], run["last"]
+        if shown:
+            self.outputs = run["z"]
+        else:
+            self.z = run["z"]
         self.step = run["h"]
         self.method = f"{run['method']} ({run['choice']})" if run["choice"] else run["method"]
         self.stats = dict(run["work"])
@@ -49,6 +57,21 @@ class Solution:
         self.success = error is None
         self.status = 0 if self.success else -1
         self.message = "the end of the span was reached" if self.success else _sentence(error)
+
+    def __getattr__(self, name):
+        # Asked for only where the attribute is not there.
+        # A property that needs states ends here as well.
+        if "outputs" in self.__dict__ and (name == "z" or hasattr(type(self), name)):
+            raise AttributeError(
+                f"{name}: only outputs were stored, as outputs= asked; solution.last is the last state"
+            )
+        if name == "outputs":
+            raise AttributeError("outputs: none were asked for; integrate(..., outputs=...) does")
+        raise AttributeError(f"a Solution has no attribute '{name}'")
+
+    def _show(self, matrix):
+        """Keeps outputs in place of states."""
+        self.outputs = self.__dict__.pop("z") @ matrix.T
 
     @property
     def y(self):
@@ -185,8 +208,12 @@ class Solution:
     def __repr__(self):
         # None at all where a run has failed before the first time of t_eval.
         span = f"t = {self.t[0]:g} .. {self.t[-1]:g}, " if len(self.t) else ""
+        if "outputs" in self.__dict__:
+            kind = f"rows of {self.outputs.shape[1]} outputs"
+        else:
+            kind = f"states of {self.z.shape[1]} components"
         return (
-            f"Solution({len(self.t)} states of {self.z.shape[1]} components, "
+            f"Solution({len(self.t)} {kind}, "
             f"{span}step {self.step:g}, {self.method}: "
             f"{self.message})"
         )

@@ -19,6 +19,39 @@ pub struct Recorder<'a> {
     every: u64,
     last: Option<u64>,
     rows: usize,
+    outputs: Option<&'a Outputs>,
+}
+
+/// What is stored of states: a few sums of components.
+pub struct Outputs {
+    rows: Vec<Vec<(usize, f64)>>,
+}
+
+impl Outputs {
+    /// `matrix`: a row for each output, a column for each of `len` components; row by row.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for a size that does not fit.
+    pub fn new(matrix: &[f64], len: usize) -> Result<Outputs> {
+        if len == 0 || matrix.is_empty() || !matrix.len().is_multiple_of(len) {
+            return Err(Error::argument(format!("outputs: rows must have {len} entries")));
+        }
+        let entries = |row: &[f64]| -> Vec<(usize, f64)> {
+            row.iter().copied().enumerate().filter(|(_, x)| *x != 0.0).collect()
+        };
+        Ok(Outputs { rows: matrix.chunks_exact(len).map(entries).collect() })
+    }
+
+    /// Numbers of a stored row.
+    pub fn width(&self) -> usize {
+        self.rows.len()
+    }
+
+    fn of(&self, z: &[f64], out: &mut [f64]) {
+        for (out, row) in out.iter_mut().zip(&self.rows) {
+            *out = row.iter().map(|(at, x)| x * z[*at]).sum();
+        }
+    }
 }
 
 impl<'a> Recorder<'a> {
@@ -34,7 +67,12 @@ impl<'a> Recorder<'a> {
     /// `t`: one double a row, or empty where nobody asks for times; `z`: one state a row; `last`: the
     /// number of a step to store whatever `every` says.
     pub fn new(t: &'a mut [f64], z: &'a mut [f64], every: u64, last: Option<u64>) -> Self {
-        Recorder { t, z, every, last, rows: 0 }
+        Recorder { t, z, every, last, rows: 0, outputs: None }
+    }
+
+    /// Stores outputs in place of states: `z` has room for one row of them each.
+    pub fn with_outputs(self, outputs: Option<&'a Outputs>) -> Self {
+        Recorder { outputs, ..self }
     }
 
     /// Rows filled so far.
@@ -43,7 +81,7 @@ impl<'a> Recorder<'a> {
     }
 
     pub(crate) fn keeps_all(&self) -> bool {
-        self.every == 1
+        self.every == 1 && self.outputs.is_none()
     }
 
     /// The memory of the next rows, `most` at most.
@@ -65,7 +103,13 @@ impl<'a> Recorder<'a> {
             if let Some(row) = self.t.get_mut(self.rows) {
                 *row = t;
             }
-            self.z[self.rows * z.len()..][..z.len()].copy_from_slice(z);
+            match self.outputs {
+                None => self.z[self.rows * z.len()..][..z.len()].copy_from_slice(z),
+                Some(outputs) => {
+                    let width = outputs.width();
+                    outputs.of(z, &mut self.z[self.rows * width..][..width]);
+                }
+            }
             self.rows += 1;
         }
     }

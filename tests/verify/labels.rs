@@ -1,23 +1,14 @@
 //! What the records say of the methods is true.
 
-use std::sync::Arc;
-
 use spim::method::{METHODS, MethodInfo, Options, State, Value, build};
 use spim::propagate::Clock;
-use spim::system::{Hamiltonian, Linear};
+use spim::system::{Hamiltonian, Problem};
 
 use crate::restarts::structure;
 
 /// Two coupled oscillators, `z = [q; p]`.
-const A: [f64; 16] = [
-    0.0, 0.0, 1.0, 0.0, //
-    0.0, 0.0, 0.0, 0.5, //
-    -4.0, 1.0, 0.0, 0.0, //
-    1.0, -3.0, 0.0, 0.0,
-];
-
-fn system() -> Arc<Linear> {
-    Arc::new(Linear::new(4, A.to_vec()).unwrap())
+fn problem(info: &MethodInfo) -> Problem {
+    structure(info, &[1.0, 2.0], &[4.0, -1.0, -1.0, 3.0])
 }
 
 /// The schemes as they are without doubling, so that their order shows.
@@ -29,8 +20,7 @@ fn bare(info: &MethodInfo) -> Options {
 
 /// The state after `steps` steps of `h`.
 fn run(info: &MethodInfo, h: f64, steps: u64, z0: &[f64]) -> Vec<f64> {
-    let problem = structure(info, &[1.0, 2.0], &[4.0, -1.0, -1.0, 3.0]);
-    let mut method = build(info, &problem, h, &bare(info), &mut || Ok(())).unwrap();
+    let mut method = build(info, &problem(info), h, &bare(info), &mut || Ok(())).unwrap();
     let mut state = State::new(z0, &*method).unwrap();
     for k in 0..steps {
         method.step(k, Clock::steps(h, steps).t(k), &mut state).unwrap();
@@ -108,8 +98,8 @@ fn energy_preserving_says_so_of_ten_thousand_steps() {
     let z0 = [1.0, -0.5, 0.25, 2.0];
     for info in METHODS {
         let end = run(info, 0.3, 10_000, &z0);
-        let (before, after) =
-            (system().energy(0.0, &z0).unwrap(), system().energy(0.0, &end).unwrap());
+        let energy = |z: &[f64]| problem(info).linear().unwrap().energy(0.0, z).unwrap();
+        let (before, after) = (energy(&z0), energy(&end));
         let found = (after / before - 1.0).abs();
         match info.energy_preserving {
             true => assert!(found <= 1e-11, "{}: {found:e}", info.name), // 10 u a step

@@ -6,14 +6,14 @@ use spim::method::{METHODS, MethodInfo, Needs, Options, State, Value, build};
 use spim::propagate::Clock;
 use spim::system::{Linear, Problem, Structural};
 
-/// `M q'' + K q = 0` with diagonal M, as a method needs it.
+/// `M q'' + K q = 0` with diagonal M, as a method needs it: for modes without coupling.
 pub fn structure(info: &MethodInfo, mass: &[f64], stiffness: &[f64]) -> Problem {
     let n = mass.len();
     let (mut a, mut m) = (vec![0.0; 4 * n * n], vec![0.0; n * n]);
     for i in 0..n {
         m[i * n + i] = mass[i];
         a[i * 2 * n + n + i] = 1.0 / mass[i];
-        for j in 0..n {
+        for j in (0..n).filter(|&j| i == j || info.needs != Needs::Modes) {
             a[(n + i) * 2 * n + j] = -stiffness[i * n + j];
         }
     }

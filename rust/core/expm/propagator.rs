@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::linalg::dense::{self, Watch};
 use crate::linalg::kernel::{Depth, Eight, Layout, Product, dispatch, doubles};
 use crate::linalg::pair::{Pair, PairEngine, PairMut, add_diagonal};
-use crate::linalg::symplectic::{self, Polish};
+use crate::linalg::symplectic::{self, Group, Polish};
 use crate::linalg::twofold;
 
 /// What is done about the rounding of the stored exponential, which acts like a fixed perturbation
@@ -32,8 +32,8 @@ pub struct Propagator {
     pub recipe: Recipe,
     /// What is done about rounding.
     pub correction: Correction,
-    /// Whether `A` is Hamiltonian to rounding.
-    pub hamiltonian: bool,
+    /// What the map keeps: Hamiltonian matrices make symplectic maps, skew ones orthogonal maps.
+    pub group: Option<Group>,
     one: Exponential,
     powers: OnceLock<Vec<Power>>,
 }
@@ -48,8 +48,8 @@ pub(super) struct Power {
 impl Propagator {
     /// Forms `exp(tau A)` of the exact product; `a` is `rows x rows`, row by row.
     ///
-    /// `correction: None` polishes where `A` is Hamiltonian to rounding and the map near symplectic,
-    /// and does nothing elsewhere.
+    /// `correction: None` polishes where `A` is Hamiltonian to rounding, or skew, and the map near
+    /// symplectic or orthogonal, and does nothing elsewhere.
     ///
     /// # Errors
     /// [`Error::Argument`] for a polish of what is not so; those of [`exponential`].
@@ -66,15 +66,19 @@ impl Propagator {
         // Row by row is the transposed matrix column by column; it is Hamiltonian when A is.
         dense::pack(layout, a, &mut packed);
         let separable = half::is_separable(rows, a);
-        let hamiltonian = separable || symplectic::is_hamiltonian(layout, &packed);
+        let group = if separable || symplectic::is_hamiltonian(layout, &packed) {
+            Some(Group::Symplectic)
+        } else {
+            symplectic::is_skew(layout, &packed).then_some(Group::Orthogonal)
+        };
         let asked = correction;
         let mut correction = match correction {
-            None if hamiltonian => Correction::Polish,
+            None if group.is_some() => Correction::Polish,
             None => Correction::None,
-            Some(Correction::Polish) if !hamiltonian => {
+            Some(Correction::Polish) if group.is_none() => {
                 return Err(Error::argument(
-                    "correction: \"polish\" needs a Hamiltonian matrix, J A symmetric for z = [q; p]; \
-                     use \"none\" or \"exact\"",
+                    "correction: \"polish\" needs a Hamiltonian matrix, J A symmetric for z = [q; p], or \
+                     a skew-symmetric one; use \"none\" or \"exact\"",
                 ));
             }
             Some(correction) => correction,
@@ -94,9 +98,9 @@ impl Propagator {
             // What steps in doubles is the rounded increment.
             one.lo.fill(Eight::ZERO);
         }
-        if correction == Correction::Polish {
+        if let (Correction::Polish, Some(group)) = (correction, group) {
             let polish = match one.form {
-                Form::Increment => symplectic::polish(layout, &mut one.hi, watch)?,
+                Form::Increment => symplectic::polish(layout, group, &mut one.hi, watch)?,
                 Form::Whole => Polish::TooFar,
             };
             if polish == Polish::TooFar {
@@ -110,7 +114,7 @@ impl Propagator {
             }
         }
         let powers = OnceLock::new();
-        Ok(Propagator { tau, recipe, correction, hamiltonian, one, powers })
+        Ok(Propagator { tau, recipe, correction, group, one, powers })
     }
 
     /// Where the columns of states lie.
@@ -279,9 +283,11 @@ impl Propagator {
             if !dense::is_finite(doubles(&hi)) {
                 return Err(overflow());
             }
-            if self.correction == Correction::Polish && form == Form::Increment {
+            if let (Correction::Polish, Form::Increment, Some(group)) =
+                (self.correction, form, self.group)
+            {
                 // A power that is too far from symplectic is one of growing motion: left alone.
-                let _ = symplectic::polish(layout, &mut hi, watch)?;
+                let _ = symplectic::polish(layout, group, &mut hi, watch)?;
             }
         }
         Ok(Power { form, hi, lo })

@@ -1,5 +1,6 @@
 //! Dense linear algebra: the only folder that names faer or nalgebra.
 
+pub mod cholesky;
 pub mod dense;
 pub mod kernel;
 pub mod pair;

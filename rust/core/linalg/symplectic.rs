@@ -1,4 +1,5 @@
-//! Symplectic tools for matrices of even size, `z = [q; p]`, `J = [0 I; -I 0]`.
+//! Symplectic tools for matrices of even size, `z = [q; p]`, `J = [0 I; -I 0]`; the polish serves
+//! orthogonal maps as well.
 
 use super::dense::{self, Watch, exponent_above, power_of_two};
 use super::kernel::{Depth, Eight, Layout, doubles, doubles_mut};
@@ -46,6 +47,13 @@ pub fn is_hamiltonian(layout: Layout, a: &[Eight]) -> bool {
         }
     }
     (0..3).all(|block| worst[block] <= 1e-13 * largest[block])
+}
+
+/// Whether `A` is skew-symmetric, to the bit: lengths are then kept.
+pub fn is_skew(layout: Layout, a: &[Eight]) -> bool {
+    let (m, ld) = (layout.rows, layout.doubles());
+    let a = doubles(a);
+    (0..m).all(|j| (0..=j).all(|i| a[j * ld + i] == -a[i * ld + j]))
 }
 
 /// Exponents of a symplectic scaling `2^d`, `d[i + n] = -d[i]`, that brings rows and columns of `T`
@@ -99,18 +107,37 @@ const FAR: f64 = 1e-3;
 /// Most rounds; each squares the defect.
 const ROUNDS: usize = 4;
 
-/// Newton's method towards the symplectic group, `T <- T - (E + T E) / 2`, `E = T* + T + T* T`,
-/// until the defect `E` is within rounding.
-pub fn polish(layout: Layout, t: &mut [Eight], watch: &mut Watch) -> Result<Polish> {
+/// What a map keeps; its inverse is its adjoint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Group {
+    /// `J`; the adjoint is `J^-1 X^T J`.
+    Symplectic,
+    /// Lengths; the adjoint is the transpose.
+    Orthogonal,
+}
+
+/// Newton's method towards a group, `T <- T - (E + T E) / 2`, `E = T* + T + T* T`, until the
+/// defect `E` is within rounding.
+pub fn polish(layout: Layout, group: Group, t: &mut [Eight], watch: &mut Watch) -> Result<Polish> {
     let packs = layout.packs(layout.rows);
     let mut memory = dense::zeros(5 * packs)?;
     let [scaled, adjoint_t, sum, defect, bound] = dense::pieces(&mut memory, packs);
     scaled.copy_from_slice(t);
-    let d = balance(layout, scaled);
+    // A scaling would not leave lengths as they are.
+    let d = match group {
+        Group::Symplectic => balance(layout, scaled),
+        Group::Orthogonal => vec![0; layout.rows],
+    };
     rescale(layout, &d, scaled, 1);
     let mut done = Polish::NotNeeded;
     for _ in 0..ROUNDS {
-        adjoint(layout, scaled, adjoint_t);
+        match group {
+            Group::Symplectic => adjoint(layout, scaled, adjoint_t),
+            Group::Orthogonal => {
+                adjoint_t.copy_from_slice(scaled);
+                dense::transpose(layout, adjoint_t);
+            }
+        }
         dense::sums([&*adjoint_t, &*scaled], [[1.0, 1.0]], [&mut *sum]);
         dense::multiply(layout, adjoint_t, scaled, Some((1.0, sum)), defect, watch)?;
         // |T*| |T|, entry by entry, bounds what rounding alone can make of E.

@@ -38,6 +38,33 @@ pub fn divide(a: [f64; 2], k: f64) -> [f64; 2] {
     two_sum(q, rest / k)
 }
 
+/// `a b`.
+#[inline]
+pub fn product(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    let [p, e] = two_product(a[0], b[0]);
+    two_sum(p, fused(a[0], b[1], fused(a[1], b[0], e)))
+}
+
+/// `a / b`.
+pub fn quotient(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    let first = a[0] / b[0];
+    let rest = sum(a, negative(times(b, first)));
+    let second = rest[0] / b[0];
+    let left = sum(rest, negative(times(b, second)));
+    sum([first, 0.0], two_sum(second, left[0] / b[0]))
+}
+
+/// The square root.
+pub fn root(a: [f64; 2]) -> [f64; 2] {
+    let first = a[0].sqrt();
+    let rest = sum(a, negative(two_product(first, first)));
+    let second = rest[0] / (2.0 * first);
+    // One more step of Newton takes what the square of the second leaves.
+    let root = two_sum(first, second);
+    let left = sum(a, negative(product(root, root)));
+    sum(root, [left[0] / (2.0 * first), 0.0])
+}
+
 /// `a / b` of doubles.
 pub fn ratio(a: f64, b: f64) -> [f64; 2] {
     divide([a, 0.0], b)

@@ -9,6 +9,7 @@ use super::{Bound, MethodInfo, Needs, OptionInfo, Options, State, Step, Stepper,
 use crate::error::{Error, Result};
 use crate::expm::{Blocks, Correction, Driven, Propagator, Recipe, Scheme, Walk};
 use crate::linalg::dense::Watch;
+use crate::linalg::symplectic::Group;
 use crate::propagate::Clock;
 use crate::system::Problem;
 
@@ -133,6 +134,16 @@ const PADE: OptionInfo = OptionInfo {
 };
 const ORDER: OptionInfo =
     OptionInfo { name: "order", doc: "1..30, default 4: order of the Taylor polynomial" };
+const COORDINATES: OptionInfo = OptionInfo {
+    name: "coordinates",
+    doc: "\"raw\" or \"energy\" (structures with positive definite K): steps states whose length is \
+          the energy, by an orthogonal propagator",
+};
+const FORCING: OptionInfo = OptionInfo {
+    name: "forcing",
+    doc: "\"exact\" or \"inverse\": the paper's eq. 45, loads linear over each step by the inverse of \
+          A, for comparison",
+};
 const REFERENCE: &str = "Huang, Deng & Yao, J. Sound Vib. 299 (2007)";
 
 pub(super) const AUTO: MethodInfo = MethodInfo {
@@ -147,7 +158,7 @@ pub(super) const AUTO: MethodInfo = MethodInfo {
     reproducible: "every machine",
     reference: "Sastre, Ibáñez & Defez, Appl. Math. Comput. 340 (2019); Ozaki et al., Numer. \
                 Algorithms 59 (2012)",
-    options: &[CORRECTION, DOUBLINGS],
+    options: &[CORRECTION, COORDINATES, DOUBLINGS, FORCING],
     build: |problem, h, options, watch| {
         let doublings = doublings(options)?;
         let choose = |rows: usize, a: &[f64]| match doublings {
@@ -169,7 +180,7 @@ pub(super) const SPIM: MethodInfo = MethodInfo {
     needs: Needs::Linear,
     reproducible: "every machine to 32 states; one machine above (the ratio's factorisation)",
     reference: REFERENCE,
-    options: &[CORRECTION, DOUBLINGS, PADE],
+    options: &[CORRECTION, DOUBLINGS, FORCING, PADE],
     build: |problem, h, options, watch| {
         let degrees = degrees(options.counts("pade")?)?;
         let recipe = Recipe { scheme: Scheme::Spim(degrees), doublings: doublings(options)? };
@@ -189,7 +200,7 @@ pub(super) const PIM: MethodInfo = MethodInfo {
     reproducible: "every machine",
     reference: "Zhong & Williams, Proc. IMechE C 208 (1994); Huang, Deng & Yao, J. Sound Vib. 299 \
                 (2007), eqs. 35-38",
-    options: &[CORRECTION, DOUBLINGS, ORDER],
+    options: &[CORRECTION, DOUBLINGS, FORCING, ORDER],
     build: |problem, h, options, watch| {
         let scheme = Scheme::Pim(options.count("order")?.unwrap_or(4));
         let recipe = Recipe { scheme, doublings: doublings(options)? };
@@ -240,10 +251,22 @@ fn build(
     };
     let correction = match propagator.correction {
         Correction::Exact => "state kept correctly rounded",
-        Correction::Polish => "symplectic polish: A is Hamiltonian",
+        Correction::Polish => match propagator.group {
+            Some(Group::Orthogonal) => "orthogonal polish: A is skew-symmetric",
+            _ => "symplectic polish: A is Hamiltonian",
+        },
         Correction::None => "",
     };
-    let why = join(scheme, correction);
+    let coordinates = match one_of(options, "coordinates", ["raw", "energy"])? {
+        1 => "energy coordinates",
+        _ => "",
+    };
+    let forcing = match one_of(options, "forcing", ["exact", "inverse"])? {
+        1 => "loads by the inverse of A, eq. 45",
+        _ => "",
+    };
+    let why = [scheme, coordinates, correction, forcing];
+    let why = why.into_iter().filter(|why| !why.is_empty()).collect::<Vec<_>>().join("; ");
     let (propagator, system) = (Arc::new(propagator), system.clone());
     Ok(match system.load().cloned() {
         Some(load) if load.is_sampled() => {
@@ -257,9 +280,15 @@ fn build(
     })
 }
 
-fn join(why: &str, more: &str) -> String {
-    let apart = if why.is_empty() || more.is_empty() { "" } else { "; " };
-    format!("{why}{apart}{more}")
+/// The number of the word an option has; 0 where it was not given.
+fn one_of(options: &Options, name: &str, words: [&str; 2]) -> Result<usize> {
+    let Some(word) = options.text(name)? else { return Ok(0) };
+    words.iter().position(|known| *known == word).ok_or_else(|| {
+        Error::argument(format!(
+            "{name}: must be \"{}\" or \"{}\", got {word:?}",
+            words[0], words[1]
+        ))
+    })
 }
 
 /// The correction of a name, `None` for `auto`.

@@ -5,6 +5,7 @@
 //! verification suite read the records.
 
 mod linear;
+mod modal;
 mod newmark;
 mod options;
 mod rk4;
@@ -206,15 +207,22 @@ pub enum Needs {
     Linear,
     /// Mass, damping and stiffness.
     Structural,
+    /// A linear system in modal coordinates: `n` oscillators, each by itself.
+    Modes,
 }
 
 impl Needs {
+    /// Whether it steps by exponentials, and takes loads as impulses.
+    pub fn is_exponential(self) -> bool {
+        matches!(self, Needs::Linear | Needs::Modes)
+    }
+
     /// The word in tables.
     pub fn name(self) -> &'static str {
         match self {
             Needs::Flow => "flow",
             Needs::Linear => "linear",
-            Needs::Structural => "structure",
+            Needs::Structural | Needs::Modes => "structure",
         }
     }
 }
@@ -224,6 +232,7 @@ pub const METHODS: &[&MethodInfo] = &[
     &linear::AUTO,
     &linear::SPIM,
     &linear::PIM,
+    &modal::MODAL,
     &newmark::NEWMARK,
     &newmark::GENERALIZED_ALPHA,
     &newmark::CENTRAL_DIFFERENCE,
@@ -261,6 +270,10 @@ pub fn build(
     let (enough, needed) = match info.needs {
         Needs::Flow => (true, "any system"),
         Needs::Linear => (problem.linear().is_some(), "a linear system z' = A z + f(t)"),
+        Needs::Modes => (
+            problem.linear().is_some_and(|system| modal::is_decoupled(system)),
+            "a structure, whose modes it finds, or a system in modal coordinates",
+        ),
         Needs::Structural => {
             (matches!(problem, Problem::Structural(_)), "a structure with mass and stiffness")
         }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 pub use linear::Linear;
 pub use load::{Generator, Load, Record};
-pub use structural::Structural;
+pub use structural::{EnergyCoordinates, Structural};
 
 use crate::error::Result;
 use crate::linalg::kernel::{Eight, doubles, doubles_mut};

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use spim::expm::{Recipe, Scheme};
 use spim::method::{self, METHODS, Options, State, Value};
-use spim::observe::{Poll, Recorder};
+use spim::observe::{Outputs, Poll, Recorder};
 use spim::propagate::{Clock, End, propagate};
 use spim::system::{self, Flow, Generator, Hamiltonian, Problem};
 
@@ -103,9 +103,11 @@ type Matrices<'py> = [Bound<'py, PyAny>; 4];
 
 /// Walks a system through time.
 ///
-/// Returns a dict: t, z, h, steps, uneven, choice, work, error (None or the exception), stopped.
+/// With `outputs`, a matrix of m columns, rows of z are these outputs of states.
+///
+/// Returns a dict: t, z, last (the state reached), h, steps, uneven, choice, work, error (None or the exception), stopped.
 #[pyfunction]
-#[pyo3(signature = (system, matrices, load, z0, t0, t1, step, method, every, options, progress))]
+#[pyo3(signature = (system, matrices, load, z0, t0, t1, step, method, every, outputs, options, progress))]
 #[allow(clippy::too_many_arguments)]
 pub fn integrate<'py>(
     system: &Bound<'py, Linear>,
@@ -117,6 +119,7 @@ pub fn integrate<'py>(
     step: f64,
     method: &str,
     every: &Bound<'py, PyAny>,
+    outputs: Option<&Bound<'py, PyAny>>,
     options: &Bound<'py, PyDict>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -126,7 +129,7 @@ pub fn integrate<'py>(
     if let Some(load) = load {
         // Impulses are of exponential steps alone.
         let (load, generator) = match info.needs {
-            method::Needs::Linear => Acting::of_steps(load)?,
+            needs if needs.is_exponential() => Acting::of_steps(load)?,
             _ => (Acting::of_values(load), Generator::default()),
         };
         linear = Arc::new(linear.with_load(Arc::new(load), generator).map_err(to_python)?);
@@ -158,7 +161,7 @@ pub fn integrate<'py>(
     let (clock, uneven) = Clock::new(t0, t1, step).map_err(to_python)?;
     let options = options_of(options)?;
     options.check(info).map_err(to_python)?;
-    if info.needs == method::Needs::Linear {
+    if info.needs.is_exponential() {
         let recipe = match info.name {
             "auto" => Recipe::for_steps(m, linear.matrix()),
             _ => Recipe { scheme: Scheme::Spim([2, 2]), doublings: None },
@@ -166,7 +169,11 @@ pub fn integrate<'py>(
         warn_of_size(py, m, recipe, f64::INFINITY, clock.h, linear.matrix())?;
     }
     let rows = Recorder::rows_for(clock.steps, every, true).map_err(to_python)?;
-    let z = convert::empty(py, &[rows, m])?;
+    let outputs = outputs.map(|given| -> PyResult<Outputs> {
+        Outputs::new(&convert::copied("outputs", &real("outputs", given)?)?, m).map_err(to_python)
+    });
+    let outputs = outputs.transpose()?;
+    let z = convert::empty(py, &[rows, outputs.as_ref().map_or(m, Outputs::width)])?;
     let t = convert::empty(py, &[rows])?;
     let start = slice(&z0).to_vec();
     let (times, states) = (slice_mut(&t), slice_mut(&z));
@@ -174,17 +181,21 @@ pub fn integrate<'py>(
         let mut signals = watch::signals();
         let mut method = method::build(info, &problem, clock.h, &options, &mut signals)?;
         let mut state = State::new(&start, &*method)?;
-        let mut recorder = Recorder::new(times, states, every, Some(clock.steps));
+        let mut recorder =
+            Recorder::new(times, states, every, Some(clock.steps)).with_outputs(outputs.as_ref());
         let mut check = |step: u64, t: f64| look(progress.as_ref(), step, &clock, t);
         let mut poll = Poll::new(&mut check);
         let outcome =
             propagate(&mut *method, &clock, 0, &mut state, &mut recorder, &mut [], &mut poll);
-        Ok((outcome, method.work(), method.choice().to_string()))
+        Ok((outcome, method.work(), method.choice().to_string(), state.z))
     };
-    let (outcome, work, choice) = py.detach(|| guarded(run))?.map_err(to_python)?;
+    let (outcome, work, choice, last) = py.detach(|| guarded(run))?.map_err(to_python)?;
     let result = PyDict::new(py);
     result.set_item("t", convert::first_rows(&t, outcome.rows)?)?;
     result.set_item("z", convert::first_rows(&z, outcome.rows)?)?;
+    let end = convert::empty(py, &[m])?;
+    slice_mut(&end).copy_from_slice(&last);
+    result.set_item("last", end)?;
     result.set_item("h", clock.h)?;
     result.set_item("steps", outcome.step)?;
     result.set_item("uneven", uneven)?;
