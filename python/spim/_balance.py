@@ -1,20 +1,14 @@
 """What a structure dissipates and what its load does, step by step.
 
 Both are integrals of quadratic forms along the exact motion: over a step from the state X of
-system and load together, ``X^T N X`` with ``N`` = integral of ``exp(A s)^T Q exp(A s)``. N is
-summed over a short interval and doubled, ``N(2 t) = N(t) + W^T N(t) W``, as the motion itself
-is. Nothing here knows the energy, so that a balance of the three tests them all.
+system and load together, ``X^T N X`` with ``N`` = integral of ``exp(A s)^T Q exp(A s)``, which
+the core works out as it does the motion itself. Nothing here knows the energy, so that a balance of the three tests them all.
 """
-
-import math
 
 import numpy as np
 
 from spim._acting import Acting, _generated
-from spim._core import UnsupportedError, expm
-
-# Norm of the short interval and the terms of its series: what is left out is below 1e-17.
-SHORT, TERMS = 0.25, 18
+from spim._core import UnsupportedError, flows
 
 # Steps that are worked on at once.
 PIECE = 4096
@@ -48,16 +42,16 @@ def dissipated_and_work(solution):
     scale[:n] = _power_of_two(1.0 / np.sqrt(np.abs(np.diag(system.stiffness)) + 1e-300))
     scale[n : 2 * n] = _power_of_two(np.sqrt(np.diag(system.mass)))
     forms = [form * scale * scale[:, None] for form in forms]
-    forms = _over_a_step(whole * scale / scale[:, None], h, forms)
+    forms = flows(whole * scale / scale[:, None], h, np.array(forms))
     totals = np.zeros((2, len(solution.t)))
     for first in range(0, len(solution.t) - 1, PIECE):
         X = states.piece(first, min(first + PIECE, len(solution.t) - 1)) / scale
         for total, form in zip(totals, forms, strict=True):
             total[first + 1 : first + 1 + len(X)] = np.einsum("ki,ki->k", X @ form, X)
-    flows = np.cumsum(totals, axis=1)
-    if not np.isfinite(flows).all():
+    found = np.cumsum(totals, axis=1)
+    if not np.isfinite(found).all():
         raise OverflowError("dissipated, work: exceed 1.8e308")
-    return flows
+    return found
 
 
 def _power_of_two(x):
@@ -115,22 +109,3 @@ def _together(A, system, acting, h):
     force = np.zeros((n, m + size))
     force[:, m:] = inputs[n:]
     return whole, force
-
-
-def _over_a_step(A, h, forms):
-    """Integrals of ``exp(A s)^T Q exp(A s)`` over 0 .. h for each form Q."""
-    norm = abs(h) * np.abs(A).sum(axis=0).max()
-    doublings = max(0, math.ceil(math.log2(norm / SHORT))) if norm > 0.0 else 0
-    short = h * 0.5**doublings
-    totals = []
-    for Q in forms:
-        total, term = short * Q, Q
-        for j in range(1, TERMS):
-            product = term @ A
-            term = (short / (j + 1)) * (product + product.T)
-            total = total + short * term
-        totals.append(total)
-    for i in range(doublings, 0, -1):
-        W = expm(h * 0.5**i * A)
-        totals = [total + W.T @ total @ W for total in totals]
-    return totals

@@ -83,3 +83,20 @@ def test_what_it_cannot_do_it_says(load, options, words):
     free = spim.integrate(spim.LinearSystem(system.A), system.state(), (0.0, 1.0), 0.1)
     with pytest.raises(spim.UnsupportedError, match="structures have"):
         _ = free.dissipated
+
+
+def test_balance_of_a_large_damped_and_loaded_chain():
+    """240 degrees of freedom, 2000 steps."""
+    n, step, steps = 240, 0.02, 2000
+    M = np.diag(1.0 + 0.5 * np.arange(n) / n)
+    K = 4e4 * (2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
+    C = spim.damping.rayleigh(M, K, alpha=0.1, beta=1e-4)
+    record = spim.loads.Sampled(np.random.default_rng(0).normal(size=steps + 1), step)
+    load = spim.loads.GroundMotion(record, np.ones(n)) + spim.loads.Harmonic(np.ones(n), 3.0)
+    chain = spim.StructuralSystem(M, K, damping=C, load=load)
+    for correction, bound in [("none", 1e-11), ("exact", 1e-12)]:
+        end = steps * step
+        start = chain.state(v=np.ones(n))
+        run = spim.integrate(chain, start, (0.0, end), step, correction=correction)
+        size = max(run.energy.max(), np.abs(run.work).max(), run.dissipated[-1])
+        assert np.abs(run.balance_error).max() <= bound * size

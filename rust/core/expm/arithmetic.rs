@@ -228,6 +228,16 @@ impl<'a, 'w> Pairs<'a, 'w> {
         PairMut { hi: self.hi[x], lo: self.lo[x] }
     }
 
+    /// `Y = X^T`.
+    pub fn copy_transposed(&mut self, x: Slot, y: Slot) {
+        let mut out = self.take(y);
+        for (to, from) in [(&mut out.hi, &*self.hi[x]), (&mut out.lo, &*self.lo[x])] {
+            to.copy_from_slice(from);
+            dense::transpose(self.layout, to);
+        }
+        self.put(y, out);
+    }
+
     /// Takes a matrix out, to write to it while others are read.
     fn take(&mut self, x: Slot) -> PairMut<'a> {
         PairMut { hi: std::mem::take(&mut self.hi[x]), lo: std::mem::take(&mut self.lo[x]) }

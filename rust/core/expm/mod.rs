@@ -6,6 +6,7 @@ mod blocks;
 mod coefficients;
 mod doubling;
 mod driven;
+mod flows;
 mod half;
 mod lu;
 mod pade;
@@ -17,6 +18,7 @@ mod small;
 pub use blocks::{Blocks, Walk};
 pub use doubling::Form;
 pub use driven::Driven;
+pub use flows::{MOST_FORMS, flows};
 pub use phi::HIGHEST as HIGHEST_PHI;
 pub use propagator::{Correction, Propagator};
 

@@ -142,3 +142,16 @@ pub fn add_diagonal(layout: Layout, c: [f64; 2], [hi, lo]: [&mut [Eight]; 2]) {
         [*hi, *lo] = twofold::sum(c, [*hi, *lo]);
     }
 }
+
+/// `X <- X + X^T`.
+pub fn add_transpose(layout: Layout, [hi, lo]: [&mut [Eight]; 2]) {
+    let (hi, lo, ld) = (doubles_mut(hi), doubles_mut(lo), layout.doubles());
+    for j in 0..layout.rows {
+        for i in 0..=j {
+            let (here, there) = (j * ld + i, i * ld + j);
+            let sum = twofold::sum([hi[here], lo[here]], [hi[there], lo[there]]);
+            [hi[here], lo[here]] = sum;
+            [hi[there], lo[there]] = sum;
+        }
+    }
+}

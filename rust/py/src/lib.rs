@@ -26,7 +26,7 @@ mod _core {
     #[pymodule_export]
     use super::integrate::{Linear, grid, integrate, methods};
     #[pymodule_export]
-    use super::matrices::{apply, energy_coordinates, quadratic, solve};
+    use super::matrices::{apply, energy_coordinates, flows, quadratic, solve};
     #[pymodule_export]
     use super::phi::phi;
     #[pymodule_export]
