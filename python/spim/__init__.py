@@ -20,6 +20,7 @@ from spim._core import (
     phi,
 )
 from spim._discretize import discretize, discretize_noise
+from spim._ensemble import ensemble
 from spim._integrate import integrate
 from spim._methods import methods
 from spim._run import Run
@@ -46,6 +47,7 @@ __all__ = [
     "damping",
     "discretize",
     "discretize_noise",
+    "ensemble",
     "expm",
     "integrate",
     "kernel_level",

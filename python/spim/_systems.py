@@ -1,5 +1,7 @@
 """Systems: what can be integrated."""
 
+import copy
+
 import numpy as np
 
 from spim import _core
@@ -40,6 +42,12 @@ class LinearSystem:
                 f"load: must be a load from spim.loads, got {type(load).__name__}; "
                 "spim.loads.Function(f) makes one of a function"
             )
+
+    def with_load(self, load):
+        """The same system under another load, or None."""
+        other = copy.copy(self)
+        other._set_load(load, self._input.shape[1], getattr(self, "mass", None))
+        return other
 
     @property
     def _input(self):
