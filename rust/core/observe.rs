@@ -47,7 +47,14 @@ impl Outputs {
         self.rows.len()
     }
 
-    fn of(&self, z: &[f64], out: &mut [f64]) {
+    /// The outputs of a state.
+    pub fn of(&self, z: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; self.width()];
+        self.write(z, &mut out);
+        out
+    }
+
+    fn write(&self, z: &[f64], out: &mut [f64]) {
         for (out, row) in out.iter_mut().zip(&self.rows) {
             *out = row.iter().map(|(at, x)| x * z[*at]).sum();
         }
@@ -107,7 +114,7 @@ impl<'a> Recorder<'a> {
                 None => self.z[self.rows * z.len()..][..z.len()].copy_from_slice(z),
                 Some(outputs) => {
                     let width = outputs.width();
-                    outputs.of(z, &mut self.z[self.rows * width..][..width]);
+                    outputs.write(z, &mut self.z[self.rows * width..][..width]);
                 }
             }
             self.rows += 1;

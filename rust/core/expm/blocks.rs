@@ -72,6 +72,14 @@ pub trait Walk: Send {
     /// # Errors
     /// [`Error::Overflow`] where a state is not finite; nothing is copied.
     fn read_one(&self, carried: &[Eight], at: usize, row: &mut [f64]) -> Result<()>;
+
+    /// The whole state after step `k`, where what is read is not that; the block is carried.
+    ///
+    /// # Errors
+    /// Those of a load.
+    fn whole(&self, _k: u64, _carried: &[Eight]) -> Result<Vec<f64>> {
+        Err(Error::unsupported("states are read as they are"))
+    }
 }
 
 /// The free motion of `batch` trajectories side by side.

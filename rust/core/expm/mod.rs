@@ -11,6 +11,7 @@ mod half;
 mod lu;
 mod pade;
 mod phi;
+mod ports;
 mod propagator;
 mod sid;
 mod small;
@@ -20,6 +21,7 @@ pub use doubling::Form;
 pub use driven::Driven;
 pub use flows::{MOST_FORMS, flows};
 pub use phi::HIGHEST as HIGHEST_PHI;
+pub use ports::Ports;
 pub use propagator::{Correction, Propagator};
 
 use arithmetic::{Arithmetic, Division, Doubles, Pairs};

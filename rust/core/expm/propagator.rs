@@ -255,7 +255,8 @@ impl Propagator {
         &self.powers.get().expect("formed before stepping")[number]
     }
 
-    fn doubled(&self, power: &Power, watch: &mut Watch) -> Result<Power> {
+    /// The power of twice as many steps.
+    pub(super) fn doubled(&self, power: &Power, watch: &mut Watch) -> Result<Power> {
         const SQUARE: usize = 0;
         let layout = self.layout();
         let packs = layout.packs(layout.rows);

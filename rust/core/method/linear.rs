@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::{Bound, MethodInfo, Needs, OptionInfo, Options, State, Step, Stepper, Work};
 use crate::error::{Error, Result};
-use crate::expm::{Blocks, Correction, Driven, Propagator, Recipe, Scheme, Walk};
+use crate::expm::{Blocks, Correction, Driven, Ports, Propagator, Recipe, Scheme, Walk};
 use crate::linalg::dense::Watch;
 use crate::linalg::symplectic::Group;
 use crate::propagate::Clock;
@@ -18,7 +18,7 @@ struct LinearSteps<W> {
     blocks: W,
     /// The state, and what is stepped along with it: what a run starts from.
     first: Vec<f64>,
-    /// Components of the state.
+    /// Components of the state that a run's start sets; 0 where outputs are shown in its place.
     shown: usize,
 }
 
@@ -35,7 +35,7 @@ impl<W: Walk> LinearSteps<W> {
         let width = self.blocks.width() as u64;
         if k == 1 {
             // Step 0 is where a run starts: its block is made from the state itself.
-            self.first[..self.shown].copy_from_slice(&state.z);
+            self.first[..self.shown].copy_from_slice(&state.z[..self.shown]);
             self.blocks.start(&self.first, &mut state.carried)?;
             work.products += u64::from(width.ilog2());
         }
@@ -88,6 +88,14 @@ impl<W: Walk, S: ?Sized> Stepper<S> for LinearSteps<W> {
         work.steps += *done as u64;
         let reached = k + *done as u64;
         result.map_err(|error| located(error, reached, clock.t(reached)))
+    }
+
+    fn whole(&self, k: u64, state: &State) -> Result<Vec<f64>> {
+        match (self.shown, k) {
+            (0, 0) => Ok(self.first.clone()),
+            (0, _) => self.blocks.whole(k, &state.carried),
+            _ => Ok(state.z.clone()),
+        }
     }
 }
 
@@ -159,14 +167,7 @@ pub(super) const AUTO: MethodInfo = MethodInfo {
     reference: "Sastre, Ibáñez & Defez, Appl. Math. Comput. 340 (2019); Ozaki et al., Numer. \
                 Algorithms 59 (2012)",
     options: &[CORRECTION, COORDINATES, DOUBLINGS, FORCING],
-    build: |problem, h, options, watch| {
-        let doublings = doublings(options)?;
-        let choose = |rows: usize, a: &[f64]| match doublings {
-            None => Recipe::for_steps(rows, a),
-            _ => Recipe { doublings, ..Recipe::auto(rows) },
-        };
-        build(problem, h, choose, options, watch)
-    },
+    build: |problem, h, options, watch| build(problem, h, choice(options)?, options, watch),
 };
 
 pub(super) const SPIM: MethodInfo = MethodInfo {
@@ -208,6 +209,15 @@ pub(super) const PIM: MethodInfo = MethodInfo {
     },
 };
 
+/// How the default method chooses its exponential.
+fn choice(options: &Options) -> Result<impl FnOnce(usize, &[f64]) -> Recipe + use<>> {
+    let doublings = doublings(options)?;
+    Ok(move |rows: usize, a: &[f64]| match doublings {
+        None => Recipe::for_steps(rows, a),
+        _ => Recipe { doublings, ..Recipe::auto(rows) },
+    })
+}
+
 fn doublings(options: &Options) -> Result<Option<u32>> {
     let count = options.count("doublings")?;
     Ok(count.map(|count| u32::try_from(count).unwrap_or(u32::MAX)))
@@ -230,6 +240,57 @@ fn build(
     options: &Options,
     watch: &mut Watch,
 ) -> Result<Box<dyn Step>> {
+    let (propagator, why) = propagator(problem, h, choose, options, watch)?;
+    let system = problem.linear().expect("checked with the propagator").clone();
+    let (shown, along) = (system.rows(), system.generated());
+    Ok(match system.load().cloned() {
+        Some(load) if load.is_sampled() => {
+            let steps = Driven::new(propagator, load, shown, watch)?;
+            Box::new(Bound::new(LinearSteps::new(steps, shown, along), system.clone(), why))
+        }
+        _ => {
+            let steps = Blocks::new(propagator, shown, 1, watch)?;
+            Box::new(Bound::new(LinearSteps::new(steps, shown, along), system.clone(), why))
+        }
+    })
+}
+
+/// The default method where a few outputs are wanted and nothing else, from the state `z0`: the
+/// state of a run is then these outputs. `None` where whole states cost no more.
+///
+/// # Errors
+/// As [`build`](super::build).
+pub fn output_method(
+    problem: &Problem,
+    h: f64,
+    options: &Options,
+    outputs: &[f64],
+    z0: &[f64],
+    watch: &mut Watch,
+) -> Result<Option<Box<dyn Step>>> {
+    let Some(system) = problem.linear().cloned() else { return Ok(None) };
+    let (shown, along) = (system.rows(), system.generated());
+    let exact = options.text("correction")? == Some("exact");
+    if exact || !Ports::pays(shown + along.len(), outputs.len() / shown, system.load()) {
+        return Ok(None);
+    }
+    options.check(&AUTO)?;
+    let (propagator, why) = propagator(problem, h, choice(options)?, options, watch)?;
+    let ports = Ports::new(propagator, outputs, shown, system.load().cloned(), watch)?;
+    let mut steps = LinearSteps::new(ports, 0, z0);
+    steps.first.extend_from_slice(along);
+    let why = format!("{why}; outputs alone, without the states between blocks");
+    Ok(Some(Box::new(Bound::new(steps, system, why))))
+}
+
+/// The exponential that a problem and its options ask for, and why it is that one.
+fn propagator(
+    problem: &Problem,
+    h: f64,
+    choose: impl FnOnce(usize, &[f64]) -> Recipe,
+    options: &Options,
+    watch: &mut Watch,
+) -> Result<(Arc<Propagator>, String)> {
     let Some(system) = problem.linear() else {
         return Err(Error::unsupported("the exponential needs a linear system"));
     };
@@ -267,17 +328,7 @@ fn build(
     };
     let why = [scheme, coordinates, correction, forcing];
     let why = why.into_iter().filter(|why| !why.is_empty()).collect::<Vec<_>>().join("; ");
-    let (propagator, system) = (Arc::new(propagator), system.clone());
-    Ok(match system.load().cloned() {
-        Some(load) if load.is_sampled() => {
-            let steps = Driven::new(propagator, load, shown, watch)?;
-            Box::new(Bound::new(LinearSteps::new(steps, shown, along), system.clone(), why))
-        }
-        _ => {
-            let steps = Blocks::new(propagator, shown, 1, watch)?;
-            Box::new(Bound::new(LinearSteps::new(steps, shown, along), system.clone(), why))
-        }
-    })
+    Ok((Arc::new(propagator), why))
 }
 
 /// The number of the word an option has; 0 where it was not given.

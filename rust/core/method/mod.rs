@@ -12,7 +12,7 @@ mod rk4;
 
 use std::sync::Arc;
 
-pub use linear::{correction, trajectory_method};
+pub use linear::{correction, output_method, trajectory_method};
 pub use options::{OptionInfo, Options, Value, nearest};
 
 use crate::error::{Error, Result};
@@ -97,6 +97,14 @@ pub trait Stepper<S: ?Sized>: Send {
         }
         Ok(())
     }
+
+    /// The whole state after step `k`, where `state.z` holds outputs.
+    ///
+    /// # Errors
+    /// Those of a load.
+    fn whole(&self, _k: u64, state: &State) -> Result<Vec<f64>> {
+        Ok(state.z.clone())
+    }
 }
 
 /// An integrator bound to its system, as the driver sees it.
@@ -120,6 +128,11 @@ pub trait Step: Send {
         rows: &mut [f64],
         done: &mut usize,
     ) -> Result<()>;
+    /// See [`Stepper::whole`].
+    ///
+    /// # Errors
+    /// As there.
+    fn whole(&self, k: u64, state: &State) -> Result<Vec<f64>>;
     /// What it has cost so far.
     fn work(&self) -> Work;
     /// What was chosen and why, beyond the method's name; empty where there was no choice.
@@ -157,6 +170,9 @@ impl<M: Stepper<S>, S: ?Sized + Send + Sync> Step for Bound<M, S> {
         done: &mut usize,
     ) -> Result<()> {
         self.method.fill(&self.system, k, clock, state, rows, done, &mut self.work)
+    }
+    fn whole(&self, k: u64, state: &State) -> Result<Vec<f64>> {
+        self.method.whole(k, state)
     }
     fn work(&self) -> Work {
         self.work

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::linalg::dense;
-use crate::linalg::kernel::{Eight, Layout, Product, dispatch, doubles_mut};
+use crate::linalg::kernel::{Eight, Layout, Product, dispatch, doubles, doubles_mut};
 
 /// A load on `z' = A z + f(t)`.
 pub trait Load: Send + Sync {
@@ -28,6 +28,11 @@ pub trait Load: Send + Sync {
     /// # Errors
     /// What the load reports.
     fn impulses(&self, k: u64, rows: &mut [f64]) -> Result<()>;
+
+    /// The records whose impulses are all that there are; `None` where there are others.
+    fn records(&self) -> Option<&[Record]> {
+        None
+    }
 }
 
 /// A load in closed form: `f(t) = B g(t)`, `g' = Gamma g`. It is stepped along with the state, by
@@ -97,6 +102,35 @@ impl Record {
         let sample = Layout { rows: width, height: across, stride };
         let product = Layout { rows: width, height, stride };
         Ok(Record { samples, width, begin, sample, state, product, weights })
+    }
+
+    /// Numbers of a sample.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// The samples at the start (`late` 0) or the end (1) of the steps `k`, `k + 1`, …, one row a
+    /// step; zero for steps that the record does not span.
+    pub fn inputs(&self, k: u64, late: usize, rows: &mut [f64]) {
+        rows.fill(0.0);
+        let samples = (self.samples.len() / self.width) as i64;
+        let ends = i64::from(!self.weights[1].is_empty());
+        let k = k as i64 - self.begin;
+        for (step, row) in (k..).zip(rows.chunks_exact_mut(self.width)) {
+            if step >= 0 && step < samples - ends {
+                row.copy_from_slice(
+                    &self.samples[(step as usize + late) * self.width..][..self.width],
+                );
+            }
+        }
+    }
+
+    /// The impulse of a unit sample, number `column`, at the start (`late` 0) or the end of a step;
+    /// `None` where samples are held.
+    pub fn impulse(&self, late: usize, column: usize) -> Option<&[f64]> {
+        let weights = doubles(&self.weights[late]);
+        let stride = 8 * self.state.stride;
+        (!weights.is_empty()).then(|| &weights[column * stride..][..self.state.rows])
     }
 
     /// Adds the impulses of steps `k`, `k + 1`, … to rows of one state each.

@@ -169,25 +169,43 @@ pub fn integrate<'py>(
         warn_of_size(py, m, recipe, f64::INFINITY, clock.h, linear.matrix())?;
     }
     let rows = Recorder::rows_for(clock.steps, every, true).map_err(to_python)?;
-    let outputs = outputs.map(|given| -> PyResult<Outputs> {
-        Outputs::new(&convert::copied("outputs", &real("outputs", given)?)?, m).map_err(to_python)
-    });
-    let outputs = outputs.transpose()?;
+    let wanted = outputs.map(|given| convert::copied("outputs", &real("outputs", given)?));
+    let wanted = wanted.transpose()?;
+    let outputs = wanted.as_ref().map(|wanted| Outputs::new(wanted, m)).transpose();
+    let outputs = outputs.map_err(to_python)?;
     let z = convert::empty(py, &[rows, outputs.as_ref().map_or(m, Outputs::width)])?;
     let t = convert::empty(py, &[rows])?;
     let start = slice(&z0).to_vec();
     let (times, states) = (slice_mut(&t), slice_mut(&z));
     let run = || -> spim::Result<_> {
         let mut signals = watch::signals();
-        let mut method = method::build(info, &problem, clock.h, &options, &mut signals)?;
-        let mut state = State::new(&start, &*method)?;
-        let mut recorder =
-            Recorder::new(times, states, every, Some(clock.steps)).with_outputs(outputs.as_ref());
+        let few = match (&wanted, info.name) {
+            (Some(wanted), "auto") => {
+                method::output_method(&problem, clock.h, &options, wanted, &start, &mut signals)?
+            }
+            _ => None,
+        };
+        let mut recorder = Recorder::new(times, states, every, Some(clock.steps));
+        let mut first = start.clone();
+        let mut method = match (few, &outputs) {
+            (Some(method), Some(outputs)) => {
+                // The states of this method are the outputs.
+                first = outputs.of(&start);
+                method
+            }
+            _ => {
+                recorder = recorder.with_outputs(outputs.as_ref());
+                method::build(info, &problem, clock.h, &options, &mut signals)?
+            }
+        };
+        let mut state = State::new(&first, &*method)?;
         let mut check = |step: u64, t: f64| look(progress.as_ref(), step, &clock, t);
         let mut poll = Poll::new(&mut check);
         let outcome =
             propagate(&mut *method, &clock, 0, &mut state, &mut recorder, &mut [], &mut poll);
-        Ok((outcome, method.work(), method.choice().to_string(), state.z))
+        let mut last = method.whole(outcome.step, &state)?;
+        last.truncate(m);
+        Ok((outcome, method.work(), method.choice().to_string(), last))
     };
     let (outcome, work, choice, last) = py.detach(|| guarded(run))?.map_err(to_python)?;
     let result = PyDict::new(py);

@@ -96,6 +96,10 @@ impl Load for Acting {
         self.sampled || !self.records.is_empty()
     }
 
+    fn records(&self) -> Option<&[Record]> {
+        (!self.sampled).then_some(&self.records)
+    }
+
     fn impulses(&self, k: u64, rows: &mut [f64]) -> Result<()> {
         rows.fill(0.0);
         if self.sampled {
