@@ -1,8 +1,9 @@
 """Time per step of loaded structures beside pyyeti's `SolveExp2` and `SolveUnc`.
 
 The same M, C, K and record on every degree of freedom, all outputs stored (displacement, velocity,
-acceleration), set-up included; medians over interleaved repeats. The peers need ``pip install
-pyyeti``; the fair BLAS is that of one thread, which the script sets for itself::
+acceleration), set-up included, by the default method and by modes, as `SolveUnc` does; medians over
+interleaved repeats. The peers need ``pip install pyyeti``; the fair BLAS is that of one thread,
+which the script sets for itself::
 
     python benches/python/structure_speed.py [--markdown]
 """
@@ -30,14 +31,14 @@ def structure(n):
     return M, spim.damping.rayleigh(M, K, alpha=0.1, beta=2e-3), K
 
 
-def ours(n, force, outputs):
+def ours(n, force, outputs, **options):
     """One run with spim, everything included."""
     M, C, K = structure(n)
     start = time.perf_counter()
     system = spim.StructuralSystem(M, K, damping=C, load=spim.loads.Sampled(force, STEP))
     ready = time.perf_counter()
     end = STEP * (len(force) - 1)
-    solution = spim.integrate(system, system.state(), (0.0, end), STEP)
+    solution = spim.integrate(system, system.state(), (0.0, end), STEP, **options)
     result = [getattr(solution, name) for name in outputs]
     return result, time.perf_counter() - start, ready - start
 
@@ -61,12 +62,16 @@ def rows():
     rng = np.random.default_rng(0)
     for n, steps in CASES:
         force = rng.normal(size=(steps + 1, n))
-        calls = [lambda n=n, force=force: ours(n, force, ["q", "v", "a"])]
+        every = ["q", "v", "a"]
+        calls = [
+            lambda n=n, force=force, every=every: ours(n, force, every),
+            lambda n=n, force=force, every=every: ours(n, force, every, method="modal"),
+        ]
         if ode is not None:
             solvers = [ode.SolveExp2, ode.SolveUnc]
             calls += [lambda n=n, f=force, solver=s: theirs(solver, n, f) for s in solvers]
         found = [call() for call in calls]
-        for displacement, _, _ in found[1:]:
+        for displacement, _, _ in found[2:]:
             difference = np.abs(displacement.T - found[0][0][0]).max()
             assert difference <= 1e-6 * np.abs(displacement).max(), difference
         times = [[] for _ in calls]
@@ -75,17 +80,17 @@ def rows():
                 measured.append(call()[1:])
         medians = [np.median(measured, axis=0) for measured in times]
         cells = [f"{total / steps * 1e6:.2f} ({ready * 1e3:.1f} ms)" for total, ready in medians]
-        peers = [total for total, _ in medians[1:]]
-        ratio = f"{min(peers) / medians[0][0]:.1f}x" if peers else "-"
-        yield [str(n), str(steps), *cells, *["-"] * (3 - len(cells)), ratio]
+        peers = [total for total, _ in medians[2:]]
+        ratios = [f"{min(peers) / total:.1f}x" if peers else "-" for total, _ in medians[:2]]
+        yield [str(n), str(steps), *cells, *["-"] * (4 - len(cells)), *ratios]
 
 
 def main():
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--markdown", action="store_true")
-    head = ["n", "steps", "spim, us a step (set-up)", "SolveExp2", "SolveUnc", "ratio"]
-    show(head, rows(), parser.parse_args().markdown, width=26)
+    head = ["n", "steps", "default, us a step (set-up)", "modal", "SolveExp2", "SolveUnc"]
+    show([*head, "ratio", "modal"], rows(), parser.parse_args().markdown, width=26)
 
 
 if __name__ == "__main__":

@@ -84,10 +84,13 @@ class Acting:
         rows = np.zeros((count, self.width))
         for part in self._parts:
             part.add(k, rows)
-        if self._load._terms:
-            times = self._t0 + self._h * np.arange(k, k + count)
-            rows += np.array([_generated(self._load._terms, t) for t in times]) @ self._theta.T
+        self._add_closed(k, rows)
         return rows
+
+    def _add_closed(self, k, rows):
+        if self._load._terms:
+            times = self._t0 + self._h * np.arange(k, k + len(rows))
+            rows += np.array([_generated(self._load._terms, t) for t in times]) @ self._theta.T
 
 
 class ActingStepByStep(Acting):
@@ -99,7 +102,10 @@ class ActingStepByStep(Acting):
         self._closed = self.inputs, self.matrix, self.start
         self.inputs, self.matrix, self.start = np.zeros((len(A), 0)), np.zeros((0, 0)), np.zeros(0)
 
-    records, sampled = (), True
+    @property
+    def sampled(self):
+        """Whether there are impulses beyond those of the records."""
+        return bool(self._called) or bool(self._load._terms)
 
     @functools.cached_property
     def _theta(self):
@@ -109,11 +115,11 @@ class ActingStepByStep(Acting):
         return phi(whole, 0, tau=self._h)[0][:m, m:]
 
     def impulses(self, k, count):
-        """All impulses of steps k, k + 1, ..: `count` numbers, a row a step; zero beyond the run."""
-        rows = np.zeros((count // self.width, self.width))
+        """Impulses of steps k, k + 1, .. but for records: `count` numbers, a row a step."""
+        rows = super().impulses(k, count)
         inside = min(len(rows), self._steps - k)
         if inside > 0:
-            rows[:inside] = self.all_impulses(k, inside)
+            self._add_closed(k, rows[:inside])
         return rows
 
 

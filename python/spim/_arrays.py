@@ -2,6 +2,9 @@
 
 import numpy as np
 
+# Doubles of vectors that are worked on at once.
+PIECE = 1 << 16
+
 
 def finite(name, given, shape=None):
     """Real, finite doubles, of one shape if it is given."""
@@ -74,3 +77,17 @@ def mode_shapes(M, K):
     S = np.linalg.solve(L, half.T)
     squares, vectors = np.linalg.eigh(0.5 * (S + S.T))
     return squares, np.linalg.solve(L.T, vectors)
+
+
+def in_pieces(size, z, make):
+    """``make(rows, piece)`` of vectors (..., m), some at a time: (..., size).
+
+    Temporaries then stay in the cache; first touches of fresh memory cost more than products.
+    """
+    flat = z.reshape(-1, z.shape[-1])
+    out = np.empty((len(flat), size))
+    count = max(64, PIECE // z.shape[-1])
+    for first in range(0, len(flat), count):
+        rows = slice(first, first + count)
+        out[rows] = make(rows, flat[rows])
+    return out.reshape(z.shape[:-1] + (size,))

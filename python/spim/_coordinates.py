@@ -5,6 +5,7 @@ import functools
 import numpy as np
 
 from spim import _core
+from spim._arrays import in_pieces
 from spim._core import UnsupportedError
 
 # Damping that couples modes by less than this, beside what it does to them, is classical.
@@ -42,11 +43,16 @@ class _Halved:
         self._back, self._n = back, system.dof
 
     def back(self, z):
-        q, p = z[..., : self._n], z[..., self._n :]
-        return np.concatenate([q @ self._back[0].T, p @ self._back[1].T], axis=-1)
+        def halves(_, z):
+            q, p = z[:, : self._n], z[:, self._n :]
+            return np.hstack([q @ self._back[0].T, p @ self._back[1].T])
+
+        return in_pieces(2 * self._n, z, halves)
 
     def outputs(self, matrix):
-        return np.hstack([matrix[:, : self._n] @ self._back[0], matrix[:, self._n :] @ self._back[1]])
+        return np.hstack(
+            [matrix[:, : self._n] @ self._back[0], matrix[:, self._n :] @ self._back[1]]
+        )
 
 
 class Energy(_Halved):

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from spim import _core
-from spim._arrays import cholesky, finite, matrix, mode_shapes, symmetric
+from spim._arrays import cholesky, finite, in_pieces, matrix, mode_shapes, symmetric
 from spim._systems import LinearSystem
 
 
@@ -79,6 +79,9 @@ class StructuralSystem(LinearSystem):
         inverse = 0.5 * (inverse + inverse.T)
         self.mass, self.stiffness, self.damping, self.gyroscopic = M, K, C, G
         self._inverse = inverse
+        # Lumped masses are divided by, one by one.
+        diagonal = np.diag(inverse).copy()
+        self._lumped = diagonal if np.array_equal(inverse, np.diag(diagonal)) else None
         for array in (M, K, C, G):
             array.flags.writeable = False
         across = C + 0.5 * G
@@ -122,20 +125,32 @@ class StructuralSystem(LinearSystem):
     def velocity(self, z):
         """Velocities q' of states, (..., 2 n) -> (..., n)."""
         z = np.asarray(z, float)
-        momenta = z[..., self.dof :]
-        if self.gyroscopic.any():
-            momenta = momenta - 0.5 * z[..., : self.dof] @ self.gyroscopic.T
-        return _in_doubles("velocity", momenta @ self._inverse)
+        return _in_doubles("velocity", in_pieces(self.dof, z, self._velocities))
 
     def acceleration(self, z, t=None):
         """Accelerations q'' of states, (..., 2 n) -> (..., n), under the load at times `t`."""
         z = np.asarray(z, float)
-        force = z @ self.A[self.dof :].T
-        if self._bound_load is not None and t is not None:
-            force += self._bound_load(t)
+        loaded = self._bound_load is not None and t is not None
+        times = np.broadcast_to(np.asarray(t, float), z.shape[:-1]).reshape(-1) if loaded else None
+
+        def accelerations(rows, z):
+            force = z @ self.A[self.dof :].T
+            if loaded:
+                force += self._bound_load(times[rows])
+            if self.gyroscopic.any():
+                force -= 0.5 * self._velocities(rows, z) @ self.gyroscopic.T
+            return self._over_mass(force)
+
+        return _in_doubles("acceleration", in_pieces(self.dof, z, accelerations))
+
+    def _velocities(self, _, z):
+        momenta = z[..., self.dof :]
         if self.gyroscopic.any():
-            force -= 0.5 * self.velocity(z) @ self.gyroscopic.T
-        return _in_doubles("acceleration", force @ self._inverse)
+            momenta = momenta - 0.5 * z[..., : self.dof] @ self.gyroscopic.T
+        return self._over_mass(momenta)
+
+    def _over_mass(self, rows):
+        return rows @ self._inverse if self._lumped is None else rows * self._lumped
 
     def kinetic_energy(self, z):
         """``q'^T M q' / 2`` of states, (..., 2 n) -> (...), in pairs of doubles."""

@@ -112,7 +112,9 @@ def test_outputs_in_place_of_states():
     assert "2 outputs" in repr(spim.integrate(system, z0, (0.0, 1.0), 0.1, outputs=[3, 0]))
 
 
-@pytest.mark.parametrize("bad", [[], [8], [-1], [0.5], np.ones((2, 7)), [np.nan], np.ones((1, 1, 8))])
+@pytest.mark.parametrize(
+    "bad", [[], [8], [-1], [0.5], np.ones((2, 7)), [np.nan], np.ones((1, 1, 8))]
+)
 def test_bad_outputs(bad):
     system = structure()
     with pytest.raises(ValueError, match="outputs"):

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use super::{Bound, MethodInfo, Needs, State, Stepper, Work};
 use crate::error::{Error, Result};
 use crate::expm::{Propagator, Recipe};
+use crate::linalg::dense;
 use crate::system::{Linear, Load};
 
 /// Steps whose impulses are fetched at once.
@@ -20,6 +21,8 @@ struct Modal {
     /// Impulses of the steps from `from` on, one row a step; empty before the first.
     impulses: Vec<f64>,
     from: u64,
+    /// The state being made.
+    next: Vec<f64>,
 }
 
 impl Modal {
@@ -54,13 +57,16 @@ impl Stepper<Linear> for Modal {
             let at = (k - self.from) as usize * 2 * n;
             &self.impulses[at..at + 2 * n]
         });
-        let moved = |i: usize, z: &[f64]| {
-            let [a, b, c, d] = self.modes[i];
-            let [v, w] = impulse.map_or([0.0; 2], |rows| [rows[i], rows[n + i]]);
-            let (q, p) = (z[i], z[n + i]);
-            [q + (a * q + b * p + v), p + (c * q + d * p + w)]
-        };
-        if (0..n).any(|i| moved(i, &state.z).iter().any(|x| !x.is_finite())) {
+        let (q, p) = state.z.split_at(n);
+        let (next_q, next_p) = self.next.split_at_mut(n);
+        for (i, [a, b, c, d]) in self.modes.iter().enumerate() {
+            next_q[i] = q[i] + (a * q[i] + b * p[i]);
+            next_p[i] = p[i] + (c * q[i] + d * p[i]);
+        }
+        if let Some(impulse) = impulse {
+            self.next.iter_mut().zip(impulse).for_each(|(z, v)| *z += v);
+        }
+        if !dense::is_finite(&self.next) {
             return Err(Box::new(Error::Model {
                 message: format!(
                     "modal: the state overflows in the step from t = {t:e}: the system grows \
@@ -70,9 +76,7 @@ impl Stepper<Linear> for Modal {
                 step: k,
             }));
         }
-        for i in 0..n {
-            [state.z[i], state.z[n + i]] = moved(i, &state.z);
-        }
+        state.z.copy_from_slice(&self.next);
         work.steps += 1;
         Ok(())
     }
@@ -116,7 +120,7 @@ pub(super) const MODAL: MethodInfo = MethodInfo {
             modes.push(increment);
         }
         let load = system.load().cloned();
-        let modal = Modal { modes, load, impulses: Vec::new(), from: 0 };
+        let modal = Modal { modes, load, impulses: Vec::new(), from: 0, next: vec![0.0; m] };
         Ok(Box::new(Bound::new(modal, system.clone(), format!("{n} modes"))))
     },
 };
