@@ -124,7 +124,7 @@ class ActingStepByStep(Acting):
 
 
 class ActingByInverse(Acting):
-    """The paper's eq. 45: loads linear over each step, integrated by the inverse of A in doubles."""
+    """The paper's eq. 45: loads linear over each step, by the inverse of A in doubles."""
 
     def __init__(self, A, E, load, t0, h, steps):
         super().__init__(A, E, load, t0, h, steps)
@@ -135,7 +135,7 @@ class ActingByInverse(Acting):
             inverse = np.linalg.inv(A)
         except np.linalg.LinAlgError:
             raise SingularMatrixError(
-                'forcing: "inverse" needs a matrix with an inverse, and A is singular to rounding '
+                'forcing: "inverse" needs a matrix with an inverse; A is singular to rounding '
                 '(rigid modes?); forcing="exact" needs none'
             ) from None
         grown = expm(h * A) - np.eye(len(A))

@@ -2,7 +2,8 @@
 
 Both are integrals of quadratic forms along the exact motion: over a step from the state X of
 system and load together, ``X^T N X`` with ``N`` = integral of ``exp(A s)^T Q exp(A s)``, which
-the core works out as it does the motion itself. Nothing here knows the energy, so that a balance of the three tests them all.
+the core works out as it does the motion itself. Nothing here knows the energy, so that a balance of
+the three tests them all.
 """
 
 import numpy as np

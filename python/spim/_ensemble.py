@@ -10,7 +10,7 @@ from spim._integrate import _number, _span, integrate
 from spim._solution import Solution
 from spim._systems import LinearSystem
 
-# Options that a propagator has as well: such runs share one exponential, as columns of its products.
+# Options that a propagator has as well: such runs share one, as columns of its products.
 SHARED = {"correction", "doublings", "every", "method", "order", "pade"}
 
 

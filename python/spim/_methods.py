@@ -17,7 +17,8 @@ class Method:
     symplectic, symmetric, energy_preserving : bool
         Of the step on Hamiltonian systems.
     needs : str
-        The structure it needs: "flow" (any system), "linear" or "structure".
+        The structure it needs: "flow" (any system), "linear", "structure" or "separable" (free and
+        undamped).
     reproducible : str
         Where its results are the same bits.
     reference : str

@@ -63,7 +63,7 @@ class Solution:
         # A property that needs states ends here as well.
         if "outputs" in self.__dict__ and (name == "z" or hasattr(type(self), name)):
             raise AttributeError(
-                f"{name}: only outputs were stored, as outputs= asked; solution.last is the last state"
+                f"{name}: only outputs were stored, as outputs= asked; the last state is .last"
             )
         if name == "outputs":
             raise AttributeError("outputs: none were asked for; integrate(..., outputs=...) does")

@@ -6,7 +6,6 @@ from structures import beam, chain
 
 import spim
 
-
 CASES = {
     "chain": chain(8),
     "long chain": chain(40),

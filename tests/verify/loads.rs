@@ -50,7 +50,7 @@ fn problem(load: Constant) -> Problem {
 fn linear_methods() -> impl Iterator<Item = (&'static MethodInfo, Options)> {
     METHODS
         .iter()
-        .filter(|info| !matches!(info.needs, Needs::Structural | Needs::Modes))
+        .filter(|info| matches!(info.needs, Needs::Flow | Needs::Linear))
         .flat_map(|info| choices(info).into_iter().map(move |choice| (*info, choice)))
 }
 

@@ -53,7 +53,7 @@ fn a_step_that_fails_leaves_the_state_as_it_was() {
         let a = vec![rate, 0.0, 0.0, 0.9 * rate];
         let problem = match info.needs {
             // A negative stiffness.
-            Needs::Structural => structure(info, &[1.0], &[-rate * rate]),
+            Needs::Structural | Needs::Separable => structure(info, &[1.0], &[-rate * rate]),
             _ => Problem::Linear(Arc::new(Linear::new(2, a).unwrap())),
         };
         for options in choices(info) {
@@ -69,7 +69,9 @@ fn a_step_that_fails_leaves_the_state_as_it_was() {
                 assert!(k < 10_000, "{}: no end of growth", info.name);
             };
             assert!(k > 40, "{}: failed at step {k}", info.name);
-            assert_eq!(state, before, "{} at step {k}", info.name);
+            // As text: what is carried may hold numbers that are none, which equal nothing.
+            let same = format!("{state:?}") == format!("{before:?}");
+            assert!(same, "{} at step {k}", info.name);
             assert!(method.step(k, k as f64, &mut state).is_err(), "{}: not again", info.name);
         }
     }

@@ -15,14 +15,17 @@ mod ports;
 mod propagator;
 mod sid;
 mod small;
+mod two_term;
 
 pub use blocks::{Blocks, Walk};
 pub use doubling::Form;
 pub use driven::Driven;
 pub use flows::{MOST_FORMS, flows};
+pub use half::is_separable;
 pub use phi::HIGHEST as HIGHEST_PHI;
 pub use ports::Ports;
 pub use propagator::{Correction, Propagator};
+pub use two_term::TwoTerm;
 
 use arithmetic::{Arithmetic, Division, Doubles, Pairs};
 use doubling::{overflow, whole};

@@ -14,7 +14,7 @@ use crate::propagate::Clock;
 use crate::system::Problem;
 
 /// Blocks walked step by step: the block of step `k` is what is carried.
-struct LinearSteps<W> {
+pub(super) struct LinearSteps<W> {
     blocks: W,
     /// The state, and what is stepped along with it: what a run starts from.
     first: Vec<f64>,
@@ -24,7 +24,7 @@ struct LinearSteps<W> {
 
 impl<W: Walk> LinearSteps<W> {
     /// `along`: what is stepped along with a state of `shown` components.
-    fn new(blocks: W, shown: usize, along: &[f64]) -> Self {
+    pub(super) fn new(blocks: W, shown: usize, along: &[f64]) -> Self {
         let mut first = vec![0.0; shown];
         first.extend_from_slice(along);
         LinearSteps { blocks, first, shown }

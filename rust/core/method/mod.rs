@@ -9,6 +9,7 @@ mod modal;
 mod newmark;
 mod options;
 mod rk4;
+mod two_term;
 
 use std::sync::Arc;
 
@@ -225,12 +226,14 @@ pub enum Needs {
     Structural,
     /// A linear system in modal coordinates: `n` oscillators, each by itself.
     Modes,
+    /// A free linear system `q' = P p`, `p' = R q` with symmetric matrices.
+    Separable,
 }
 
 impl Needs {
     /// Whether it steps by exponentials, and takes loads as impulses.
     pub fn is_exponential(self) -> bool {
-        matches!(self, Needs::Linear | Needs::Modes)
+        matches!(self, Needs::Linear | Needs::Modes | Needs::Separable)
     }
 
     /// The word in tables.
@@ -239,6 +242,7 @@ impl Needs {
             Needs::Flow => "flow",
             Needs::Linear => "linear",
             Needs::Structural | Needs::Modes => "structure",
+            Needs::Separable => "separable",
         }
     }
 }
@@ -249,6 +253,7 @@ pub const METHODS: &[&MethodInfo] = &[
     &linear::SPIM,
     &linear::PIM,
     &modal::MODAL,
+    &two_term::TWO_TERM,
     &newmark::NEWMARK,
     &newmark::GENERALIZED_ALPHA,
     &newmark::CENTRAL_DIFFERENCE,
@@ -289,6 +294,10 @@ pub fn build(
         Needs::Modes => (
             problem.linear().is_some_and(|system| modal::is_decoupled(system)),
             "a structure, whose modes it finds, or a system in modal coordinates",
+        ),
+        Needs::Separable => (
+            problem.linear().is_some_and(|system| two_term::takes(system)),
+            "a separable system without a load, as free undamped structures are",
         ),
         Needs::Structural => {
             (matches!(problem, Problem::Structural(_)), "a structure with mass and stiffness")
