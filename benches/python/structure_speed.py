@@ -1,4 +1,4 @@
-"""Time per step of loaded structures beside pyyeti's `SolveExp2` and `SolveUnc`.
+"""Time per step of loaded structures beside pyyeti's and SciPy's solvers.
 
 The same M, C, K and record on every degree of freedom, all outputs stored (displacement, velocity,
 acceleration), set-up included, by the default method and by modes, as `SolveUnc` does; medians over
@@ -15,6 +15,7 @@ import time
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
+import scipy.signal
 from _table import show
 
 import spim
@@ -53,6 +54,18 @@ def theirs(solver, n, force):
     return solution.d, time.perf_counter() - start, ready - start
 
 
+def lsim(n, force):
+    """One run with SciPy: displacements alone."""
+    M, C, K = structure(n)
+    start = time.perf_counter()
+    zero, unit, inverse = np.zeros((n, n)), np.eye(n), np.linalg.inv(M)
+    A = np.block([[zero, unit], [-inverse @ K, -inverse @ C]])
+    system = (A, np.vstack([zero, inverse]), np.hstack([unit, zero]), zero)
+    ready = time.perf_counter()
+    _, q, _ = scipy.signal.lsim(system, force, STEP * np.arange(len(force)))
+    return q.T, time.perf_counter() - start, ready - start
+
+
 def rows():
     """Cells of the table."""
     try:
@@ -67,6 +80,7 @@ def rows():
             lambda n=n, force=force, every=every: ours(n, force, every),
             lambda n=n, force=force, every=every: ours(n, force, every, method="modal"),
         ]
+        calls.append(lambda n=n, force=force: lsim(n, force))
         if ode is not None:
             solvers = [ode.SolveExp2, ode.SolveUnc]
             calls += [lambda n=n, f=force, solver=s: theirs(solver, n, f) for s in solvers]
@@ -80,17 +94,22 @@ def rows():
                 measured.append(call()[1:])
         medians = [np.median(measured, axis=0) for measured in times]
         cells = [f"{total / steps * 1e6:.2f} ({ready * 1e3:.1f} ms)" for total, ready in medians]
-        peers = [total for total, _ in medians[2:]]
+        peers = [total for total, _ in medians[3:]]
         ratios = [f"{min(peers) / total:.1f}x" if peers else "-" for total, _ in medians[:2]]
-        yield [str(n), str(steps), *cells, *["-"] * (4 - len(cells)), *ratios]
+        yield [str(n), str(steps), *cells, *["-"] * (5 - len(cells)), *ratios]
 
 
 def main():
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--markdown", action="store_true")
-    head = ["n", "steps", "default, us a step (set-up)", "modal", "SolveExp2", "SolveUnc"]
-    show([*head, "ratio", "modal"], rows(), parser.parse_args().markdown, width=26)
+    head = ["n", "steps", "default, us a step (set-up)", "modal", "lsim (q alone)"]
+    show(
+        [*head, "SolveExp2", "SolveUnc", "ratio", "modal"],
+        rows(),
+        parser.parse_args().markdown,
+        width=26,
+    )
 
 
 if __name__ == "__main__":
