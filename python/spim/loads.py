@@ -6,6 +6,7 @@ piecewise polynomials they are taken for. Loads add with ``+`` and multiply with
 closed form multiplies with another of one component, any load with a function of time.
 """
 
+import functools
 import math
 
 import numpy as np
@@ -325,19 +326,30 @@ class _Pieces:
         """The same on every degree of freedom in a direction; has one component itself."""
         return _Pieces(self.edges, self.left, self.right, self.samples, self.held, direction)
 
+    @functools.cached_property
+    def _lengths(self):
+        return np.diff(self.edges)
+
+    @functools.cached_property
+    def _begins(self):
+        """Where pieces begin, for times within rounding of it, and what that rounding is."""
+        slack = NEAR * self._lengths.min()
+        return self.edges - slack, slack
+
     def values(self, t):
         # Times within rounding of an edge lie on it; there the piece that begins counts, and the
         # last one at the end.
-        slack = NEAR * np.diff(self.edges).min()
-        piece = np.searchsorted(self.edges - slack, t, side="right") - 1
+        begins, slack = self._begins
+        piece = np.searchsorted(begins, t, side="right") - 1
         inside = (piece >= 0) & (t <= self.edges[-1] + slack)
         piece = np.clip(piece, 0, len(self.left) - 1)
         since = t - self.edges[piece]
         found = np.take(self.left, piece, axis=0)
         if np.abs(since).max(initial=0.0) > slack:
-            part = np.clip(since / np.diff(self.edges)[piece], 0.0, 1.0)
+            part = np.clip(since / self._lengths[piece], 0.0, 1.0)
             found += part[..., None] * (self.right[piece] - found)
-        found[~inside] = 0.0
+        if not inside.all():
+            found[~inside] = 0.0
         return found if self.direction is None else found * self.direction
 
     def spans(self):
