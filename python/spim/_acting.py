@@ -12,6 +12,10 @@ from spim.loads import NEAR, _Interpolated, _Pieces
 MOST_DISTANCES = 4096
 
 
+# Exponents from which an exponential loses digits to the end of the range of doubles.
+SMALLEST = 650.0
+
+
 class Acting:
     """A bound load on ``z' = A z + E f(t)`` over the grid ``t0 + k h``, ``0 <= k < steps``.
 
@@ -129,15 +133,7 @@ class ActingByInverse(Acting):
     def __init__(self, A, E, load, t0, h, steps):
         super().__init__(A, E, load, t0, h, steps)
         self.inputs, self.matrix, self.start = np.zeros((len(A), 0)), np.zeros((0, 0)), np.zeros(0)
-        try:
-            if np.linalg.cond(A, 1) > 1.0 / np.finfo(float).eps:
-                raise np.linalg.LinAlgError
-            inverse = np.linalg.inv(A)
-        except np.linalg.LinAlgError:
-            raise SingularMatrixError(
-                'forcing: "inverse" needs a matrix with an inverse; A is singular to rounding '
-                '(rigid modes?); forcing="exact" needs none'
-            ) from None
+        inverse = _inverse(A)
         grown = expm(h * A) - np.eye(len(A))
         # Of r0 + r1 s: (T A^-1) r0 + (T A^-2 - h A^-1) r1, T the increment.
         self._weights = inverse @ grown @ E, inverse @ (inverse @ grown - h * np.eye(len(A))) @ E
@@ -151,6 +147,25 @@ class ActingByInverse(Acting):
         times = self._t0 + self._h * np.arange(self._steps + 1)
         late = linear / self._h
         return [(np.ascontiguousarray(self._load(times)), 0, constant - late, late)]
+
+
+def begins_below_doubles(load, t0, h):
+    """Whether an exponential grows along the run from less than doubles hold: no state to step."""
+    return any(x.real * t0 < -SMALLEST and x.real * h > 0.0 for x in load._terms)
+
+
+def _inverse(A):
+    """Of a matrix that has one whatever the units of its rows and columns."""
+    rows = np.abs(A).max(axis=1)
+    columns = np.abs(A / np.where(rows > 0.0, rows, 1.0)[:, None]).max(axis=0)
+    if (rows > 0.0).all() and (columns > 0.0).all():
+        even = A / rows[:, None] / columns
+        if np.linalg.cond(even) < 0.01 / np.finfo(float).eps:
+            return np.linalg.inv(even) / columns[:, None] / rows
+    raise SingularMatrixError(
+        'forcing: "inverse" needs a matrix with an inverse; A is singular to rounding (rigid '
+        'modes?); forcing="exact" needs none'
+    )
 
 
 def _generated(terms, t):

@@ -1,9 +1,12 @@
 """From a system and a grid to the arrays of a run."""
 
+import numpy as np
+
 from spim import _core
-from spim._acting import Acting, ActingByInverse, ActingStepByStep
+from spim._acting import Acting, ActingByInverse, ActingStepByStep, begins_below_doubles
 from spim._arrays import finite
 from spim._coordinates import Raw, coordinates_of
+from spim._core import ModelError
 
 
 def walk(system, z0, t0, t1, step, method, every, options, report=None, outputs=None):
@@ -14,7 +17,7 @@ def walk(system, z0, t0, t1, step, method, every, options, report=None, outputs=
         h, steps, _ = _core.grid(t0, t1, step)
         if h != 0.0:
             kind = Acting
-            if method == "modal":
+            if method == "modal" or begins_below_doubles(system._bound_load, t0, h):
                 kind = ActingStepByStep
             elif options.get("forcing") == "inverse":
                 kind = ActingByInverse
@@ -41,4 +44,17 @@ def walk(system, z0, t0, t1, step, method, every, options, report=None, outputs=
         if run["error"] is None:
             # One state and many are mapped with other roundings.
             run["last"] = run["z"][-1].copy()
+    if outputs is not None or not isinstance(chosen, Raw):
+        _end_at_overflow(run)
     return run
+
+
+def _end_at_overflow(run):
+    """What a map of finite states has made of them may exceed doubles."""
+    good = np.isfinite(run["z"]).all(axis=1)
+    if good.all():
+        return
+    rows = int(np.argmin(good))
+    message = f"the state or an output overflows: exceeds 1.8e308 at t = {run['t'][rows]:g}"
+    run["z"], run["t"] = run["z"][:rows], run["t"][:rows]
+    run["error"] = ModelError(message)

@@ -221,3 +221,12 @@ def test_an_exception_in_a_load_arrives_with_what_was_computed():
     partial = caught.value.partial
     assert 250 <= len(partial.t) <= 401
     assert np.isfinite(partial.z).all()
+
+
+def test_backward_from_where_an_exponential_is_below_doubles():
+    """exp(-t/2) is 0 at t = 2000, where the run starts, and 1 at its end."""
+    load = spim.loads.Exponential([1.0], -0.5)
+    system = spim.StructuralSystem([[1.0]], [[1.0]], load=load)
+    # The forced motion alone: q = exp(-t/2) / (1 + 1/4).
+    run = spim.integrate(system, [0.0, 0.0], (2000.0, 0.0), 1.0)
+    assert run.z[-1] == pytest.approx([0.8, -0.4], rel=1e-12)

@@ -158,3 +158,12 @@ def test_two_terms_move_as_the_propagator_does():
     damped = structure()
     with pytest.raises(spim.UnsupportedError, match="separable"):
         spim.integrate(damped, damped.state(), (0.0, 1.0), 0.1, method="two_term")
+
+
+def test_a_map_beyond_doubles_ends_the_run():
+    system = spim.StructuralSystem([[1.0]], [[1.0]])
+    z0 = system.state(q=[1e200])
+    run = spim.integrate(system, z0, (0.0, 9.0), 0.5, outputs=[[1e108, 1e110]], throw=False)
+    assert isinstance(run.error, spim.ModelError)
+    assert np.isfinite(run.outputs).all()
+    assert len(run.t) == len(run.outputs) < 19
