@@ -107,6 +107,9 @@ const FAR: f64 = 1e-3;
 /// Most rounds; each squares the defect.
 const ROUNDS: usize = 4;
 
+/// Defects whose squares are below rounding: no further round is needed.
+const SETTLED: f64 = 1e-9;
+
 /// What a map keeps; its inverse is its adjoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Group {
@@ -157,6 +160,9 @@ pub fn polish(layout: Layout, group: Group, t: &mut [Eight], watch: &mut Watch) 
         dense::sums([&*scaled, &*bound], [[1.0, -0.5]], [&mut *sum]);
         scaled.copy_from_slice(sum);
         done = Polish::Done;
+        if found <= SETTLED {
+            break;
+        }
     }
     if done == Polish::Done {
         rescale(layout, &d, scaled, -1);
