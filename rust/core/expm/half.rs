@@ -59,22 +59,19 @@ pub fn exponential(
     let layout = Layout::new(n);
     let packs = layout.packs(n);
     let at = |i: usize, j: usize| a[j * rows + i];
-    let scales = scales(n, |i| [at(i, n + i), at(n + i, i)].map(|x| x * tau));
+    let units = units(n, |i| [at(i, n + i), at(n + i, i)].map(|x| x * tau));
     // The blocks, balanced, times tau: exactly.
-    let scaled = |i: usize, j: usize, up: i32| {
-        let block = if up < 0 { at(i, n + j) } else { at(n + i, j) };
-        let [hi, lo] = twofold::two_product(tau, block);
-        let shift = up * (scales[i] + scales[j]);
-        [hi, lo].map(|x| times_two_to(x, shift))
-    };
     let mut blocks = [dense::zeros(packs)?, dense::zeros(packs)?];
     let mut rests = [dense::zeros(packs)?, dense::zeros(packs)?];
-    for ((block, rest), up) in blocks.iter_mut().zip(&mut rests).zip([-1, 1]) {
-        let (block, rest) = (doubles_mut(block), doubles_mut(rest));
+    for (upper, (block, rest)) in [true, false].into_iter().zip(blocks.iter_mut().zip(&mut rests)) {
+        let (first, scale) = if upper { (n * rows, &units.down) } else { (n, &units.up) };
         for j in 0..n {
-            for i in 0..n {
-                let here = j * layout.doubles() + i;
-                [block[here], rest[here]] = scaled(i, j, up);
+            let column = &a[first + j * rows..][..n];
+            let block = &mut doubles_mut(block)[j * layout.doubles()..][..n];
+            let rest = &mut doubles_mut(rest)[j * layout.doubles()..][..n];
+            for (((x, unit), block), rest) in column.iter().zip(scale).zip(block).zip(rest) {
+                let [hi, lo] = twofold::two_product(tau, *x);
+                [*block, *rest] = [hi * unit * scale[j], lo * unit * scale[j]];
             }
         }
     }
@@ -107,7 +104,7 @@ pub fn exponential(
             out.doublings = cosine_and_sine(&mut x, limit)?;
             for (slot, place) in PLACES {
                 let part = x.matrix(slot);
-                assemble(layout, &scales, [part.hi, part.lo], place, &mut out);
+                assemble(layout, &units, [part.hi, part.lo], place, &mut out);
             }
         }
         None => {
@@ -119,7 +116,7 @@ pub fn exponential(
             let zero = &mut rests[0];
             zero.fill(Eight::ZERO);
             for (slot, place) in PLACES {
-                assemble(layout, &scales, [x.matrix(slot), zero], place, &mut out);
+                assemble(layout, &units, [x.matrix(slot), zero], place, &mut out);
             }
         }
     }
@@ -137,9 +134,15 @@ pub enum Wanted {
     Pairs,
 }
 
-/// Exponents `d` of the balancing `q = 2^d q'`: both blocks then have diagonals of like size, which
-/// bound what else there is in definite blocks.
-fn scales(n: usize, diagonal: impl Fn(usize) -> [f64; 2]) -> Vec<i32> {
+/// The balancing `q = 2^d q'`: powers of two and their inverses.
+struct Units {
+    up: Vec<f64>,
+    down: Vec<f64>,
+}
+
+/// Units in which both blocks have diagonals of like size, which bound what else there is in
+/// definite blocks.
+fn units(n: usize, diagonal: impl Fn(usize) -> [f64; 2]) -> Units {
     let exponent = |x: f64| (x.abs() >= f64::MIN_POSITIVE).then(|| exponent_above(x.abs()));
     let stiffest = (0..n)
         .filter_map(|i| {
@@ -147,22 +150,17 @@ fn scales(n: usize, diagonal: impl Fn(usize) -> [f64; 2]) -> Vec<i32> {
             Some(p? + r?)
         })
         .max();
-    (0..n)
-        .map(|i| match diagonal(i).map(exponent) {
-            [Some(p), r] => {
-                // Free coordinates count as soft ones.
-                let floor = stiffest.map(|stiffest| stiffest - 40 - p);
-                let r = r.max(floor).unwrap_or(p);
-                ((p - r) / 4).clamp(-200, 200)
-            }
-            _ => 0,
-        })
-        .collect()
-}
-
-fn times_two_to(x: f64, exponent: i32) -> f64 {
-    let half = exponent / 2;
-    x * power_of_two(half) * power_of_two(exponent - half)
+    let exponents = (0..n).map(|i| match diagonal(i).map(exponent) {
+        [Some(p), r] => {
+            // Free coordinates count as soft ones.
+            let floor = stiffest.map(|stiffest| stiffest - 40 - p);
+            let r = r.max(floor).unwrap_or(p);
+            ((p - r) / 4).clamp(-200, 200)
+        }
+        _ => 0,
+    });
+    let up: Vec<_> = exponents.map(power_of_two).collect();
+    Units { down: up.iter().map(|x| 1.0 / x).collect(), up }
 }
 
 /// `c` in its slot, `S P` in that of `Y` and `R S` in that of `Y2`; returns the doublings taken.
@@ -244,34 +242,40 @@ enum Place {
 /// Copies a block into the whole matrix, undoing the balancing.
 fn assemble(
     layout: Layout,
-    scales: &[i32],
+    units: &Units,
     [hi, lo]: [&[Eight]; 2],
     place: Place,
     out: &mut Exponential,
 ) {
     let n = layout.rows;
-    let (hi, lo) = (doubles(hi), doubles(lo));
-    let at = |i: usize, j: usize| {
-        let here = j * layout.doubles() + i;
-        [hi[here], lo[here]]
-    };
+    let (hi, lo, ld) = (doubles(hi), doubles(lo), layout.doubles());
+    let at = |i: usize, j: usize| [hi[j * ld + i], lo[j * ld + i]];
     let stride = out.layout.doubles();
     let (whole, rest) = (doubles_mut(&mut out.hi), doubles_mut(&mut out.lo));
-    let mut put = |i: usize, j: usize, entry: [f64; 2], shift: i32| {
-        [whole[j * stride + i], rest[j * stride + i]] = entry.map(|x| times_two_to(x, shift));
+    let mut put = |i: usize, j: usize, [x, y]: [f64; 2], scale: [f64; 2]| {
+        let here = j * stride + i;
+        [whole[here], rest[here]] = [x * scale[0] * scale[1], y * scale[0] * scale[1]];
+    };
+    if let Place::Diagonal = place {
+        for j in 0..n {
+            for i in 0..n {
+                let scale = [units.up[i], units.down[j]];
+                put(i, j, at(i, j), scale);
+                put(n + j, n + i, at(i, j), scale);
+            }
+        }
+        return;
+    }
+    let (first, scale) = match place {
+        Place::Upper => ([0, n], &units.up),
+        _ => ([n, 0], &units.down),
     };
     for j in 0..n {
-        for i in 0..n {
-            // Both of them are symmetric but for rounding.
-            let mean = || twofold::sum(at(i, j), at(j, i)).map(|x| 0.5 * x);
-            match place {
-                Place::Diagonal => {
-                    put(i, j, at(i, j), scales[i] - scales[j]);
-                    put(n + j, n + i, at(i, j), scales[i] - scales[j]);
-                }
-                Place::Upper => put(i, n + j, mean(), scales[i] + scales[j]),
-                Place::Lower => put(n + i, j, mean(), -scales[i] - scales[j]),
-            }
+        for i in 0..=j {
+            // Symmetric but for rounding.
+            let mean = twofold::sum(at(i, j), at(j, i)).map(|x| 0.5 * x);
+            put(first[0] + i, first[1] + j, mean, [scale[i], scale[j]]);
+            put(first[0] + j, first[1] + i, mean, [scale[j], scale[i]]);
         }
     }
 }
