@@ -45,11 +45,22 @@ def test_defaults_go_by_halves_where_they_can():
         assert expected in run.method
 
 
+def test_runs_by_halves_in_doubles():
+    system = spim.StructuralSystem(*chain(20))
+    z0 = np.ones(40)
+    exact = spim.integrate(system, z0, (0.0, 50.0), 0.1, correction="exact")
+    quick = spim.integrate(system, z0, (0.0, 50.0), 0.1, method="half")
+    assert "in doubles" in quick.method
+    assert np.abs(quick.z - exact.z).max() <= 1e-11
+
+
 def test_half_takes_separable_matrices_alone():
     M, K = chain(3)
     damped = spim.StructuralSystem(M, K, damping=K)
     with pytest.raises(ValueError, match="separable"):
         spim.Propagator(damped, 0.1, method="half")
+    with pytest.raises(spim.UnsupportedError, match="half: needs a separable system"):
+        spim.integrate(damped, damped.state(), (0.0, 1.0), 0.1, method="half")
     with pytest.raises(ValueError, match="separable"):
         spim.expm(np.ones((3, 3)), method="half")
     with pytest.raises(TypeError, match="doublings"):

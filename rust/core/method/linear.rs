@@ -170,6 +170,25 @@ pub(super) const AUTO: MethodInfo = MethodInfo {
     build: |problem, h, options, watch| build(problem, h, choice(options)?, options, watch),
 };
 
+pub(super) const HALF: MethodInfo = MethodInfo {
+    name: "half",
+    aliases: &[],
+    summary: "half-size doubling in doubles: the quickest set-up, for free undamped motion of \
+              moderate stiffness",
+    order: None,
+    symplectic: true,
+    symmetric: true,
+    energy_preserving: true,
+    needs: Needs::Separable,
+    reproducible: "every machine",
+    reference: REFERENCE,
+    options: &[CORRECTION],
+    build: |problem, h, options, watch| {
+        let recipe = Recipe { scheme: Scheme::Half, doublings: None };
+        build(problem, h, |_, _| recipe, options, watch)
+    },
+};
+
 pub(super) const SPIM: MethodInfo = MethodInfo {
     name: "spim",
     aliases: &[],
@@ -307,6 +326,7 @@ fn propagator(
             "correctly rounded exponential, by halves: the system is separable"
         }
         Scheme::Exact => "correctly rounded exponential: the state has 32 components or fewer",
+        Scheme::Half => "half-size doubling in doubles",
         Scheme::Sid => "SID 21+ in doubles: the state has more than 32 components",
         _ => "",
     };

@@ -252,6 +252,7 @@ pub const METHODS: &[&MethodInfo] = &[
     &linear::AUTO,
     &linear::SPIM,
     &linear::PIM,
+    &linear::HALF,
     &modal::MODAL,
     &two_term::TWO_TERM,
     &newmark::NEWMARK,
