@@ -20,7 +20,7 @@ def dissipated_and_work(solution):
     system = solution.system
     if len(solution.t) != solution.stats["steps"] + 1:
         raise UnsupportedError(
-            "dissipated, work: need every step; integrate with every=1 and without t_eval"
+            "dissipated, work: need every step; integrate with every=1, without t_eval"
         )
     n, A, h = system.dof, system.A, solution.step
     velocity = np.hstack([-0.5 * system._inverse @ system.gyroscopic, system._inverse])
@@ -30,7 +30,8 @@ def dissipated_and_work(solution):
         acting = Acting(A, system._input, system._bound_load, solution.t[0], h, len(solution.t))
         if acting.sampled:
             raise UnsupportedError(
-                "dissipated, work: need loads in closed form or records with a sample a step"
+                "dissipated, work: need loads in closed form or records with a sample a step; take "
+                "the record's step for the run, or interpolate the record to the run's"
             )
         states = _States(solution.z, acting, system._bound_load._terms, solution.t)
         whole, force = _together(A, system, acting, h)

@@ -1,5 +1,6 @@
 """Many trajectories of one system in one call."""
 
+import threading
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -34,13 +35,15 @@ def ensemble(system, z0, t_span, step, *, loads=None, threads=1, **options):
     Returns
     -------
     list of Solution
-        One a case, in order; ``error`` is None where all went well. Cases without a load share one
-        exponential and go side by side as columns of its products.
+        One a case, in order; ``error`` is None where all went well. On one thread, cases without a
+        load share one exponential and go side by side as columns of its products.
 
     Raises
     ------
     ValueError, TypeError
         As `integrate`; numbers of states and loads that do not match.
+    KeyboardInterrupt
+        Within 0.1 s of Ctrl-C; cases that are done are lost.
     """
     if not isinstance(system, LinearSystem):
         raise TypeError(f"system: must be a linear spim system, got {type(system).__name__}")
@@ -49,17 +52,44 @@ def ensemble(system, z0, t_span, step, *, loads=None, threads=1, **options):
     if not states.size:
         return []
     found = None
-    if all(case is system for case in systems) and system.load is None and options.keys() <= SHARED:
-        found = _as_columns(system, states, t_span, step, threads, options)
+    free = all(case is system for case in systems) and system.load is None
+    if threads == 1 and free and options.keys() <= SHARED:
+        found = _as_columns(system, states, t_span, step, options)
     if found is None:
         options = {**options, "throw": False}
-        with ThreadPoolExecutor(threads) as pool:
-            runs = [
-                pool.submit(integrate, case, start, t_span, step, **options)
-                for case, start in zip(systems, states, strict=True)
-            ]
-            found = [run.result() for run in runs]
+        cases = [(case, start, t_span, step) for case, start in zip(systems, states, strict=True)]
+        found = _one_by_one(cases, options) if threads == 1 else _at_once(cases, options, threads)
     return found
+
+
+def _one_by_one(cases, options):
+    found = []
+    for case in cases:
+        found.append(integrate(*case, **options))
+        if isinstance(found[-1].error, KeyboardInterrupt):
+            raise found[-1].error
+    return found
+
+
+def _at_once(cases, options, threads):
+    """On threads, which look every 20 ms whether this one has been interrupted."""
+    stopped = threading.Event()
+    wanted = options.pop("progress", None)
+
+    def look(fraction, t):
+        if stopped.is_set():
+            raise KeyboardInterrupt
+        if callable(wanted):
+            wanted(fraction, t)
+
+    with ThreadPoolExecutor(threads) as pool:
+        runs = [pool.submit(integrate, *case, progress=look, **options) for case in cases]
+        try:
+            return [run.result() for run in runs]
+        except BaseException:
+            stopped.set()
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
 
 
 def _cases(system, z0, loads):
@@ -81,7 +111,7 @@ def _threads(given):
     return int(given)
 
 
-def _as_columns(system, states, t_span, step, threads, options):
+def _as_columns(system, states, t_span, step, options):
     """All cases side by side, or None where that is not the same as one by one."""
     t0, t1 = _span(t_span)
     h, steps, uneven = _core.grid(t0, t1, _number("step", step))
@@ -92,11 +122,8 @@ def _as_columns(system, states, t_span, step, threads, options):
     if name == "pim":
         options.setdefault("correction", "none")
     propagator = _core.Propagator(system, h, **options)
-    parts = np.array_split(states, min(threads, len(states)))
     try:
-        with ThreadPoolExecutor(threads) as pool:
-            runs = pool.map(lambda part: propagator.trajectory(part, steps, every), parts)
-            z = np.concatenate(list(runs), axis=1)
+        z = propagator.trajectory(states, steps, every)
     except (_core.SpimError, OverflowError):
         # One by one, each as far as it comes.
         return None

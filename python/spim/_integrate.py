@@ -49,7 +49,7 @@ def integrate(
         Only each `every`-th state is stored, and the last one: the same bits as with 1.
     outputs : array_like (r, m), or sequence of int (r,), optional
         What to store in place of states: rows of a matrix, or numbers of components (degrees of
-        freedom, for a structure's displacements); ``solution.outputs`` has them.
+        freedom, for a structure's displacements), or a mask of them; ``solution.outputs`` has them.
     progress : bool or callable, optional
         True for a bar; a callable is called as ``progress(fraction, t)`` every 20 ms or so, and at
         the end of a run that gets there.
@@ -125,6 +125,8 @@ def integrate(
 
 def _outputs(given, size):
     """The outputs as a matrix (r, m)."""
+    if np.asarray(given).dtype == bool:
+        given = np.flatnonzero(given) if np.shape(given) == (size,) else np.empty(0)
     array = finite("outputs", given)
     if array.ndim == 1 and array.size:
         whole = array.astype(int)

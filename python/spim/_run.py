@@ -114,5 +114,14 @@ class Run:
             self._ahead = self._acting.all_impulses(self._k, AHEAD)
         return self._ahead[at]
 
+    def __reduce__(self):
+        return _resumed, (self.system, self.state, self._h, self._t0, self._k)
+
     def __repr__(self):
         return f"Run({self.system!r}, t = {self.t:g}, step {self._h:g})"
+
+
+def _resumed(system, state, step, t0, k):
+    run = Run(system, state, step=step, t0=t0)
+    run._k = k
+    return run

@@ -105,17 +105,25 @@ class Solution:
 
     @property
     def dissipated(self):
-        """Energy a structure has dissipated since the start, (k,): its own exact integral."""
+        """Energy a structure has dissipated since the start, (k,): its own exact integral.
+
+        `UnsupportedError` unless every step is stored and the load is in closed form or a record
+        with a sample a step.
+        """
         return self._flows[0]
 
     @property
     def work(self):
-        """Work the load of a structure has done since the start, (k,): its own exact integral."""
+        """Work the load of a structure has done since the start, (k,); as `dissipated`."""
         return self._flows[1]
 
     @property
     def balance_error(self):
-        """Change of energy + dissipated - work, (k,): 0 but for rounding if all is well."""
+        """Change of energy + dissipated - work, (k,): 0 but for rounding if all is well.
+
+        Rounding is that of the stiffest coordinates: below 1e-12 of the energy on chains, to 1e-9
+        on beams at tau w = 10, 1e-6 at 1e4.
+        """
         gone = self.dissipated - self.work
         energy = self.energy
         return energy - energy[0] + gone

@@ -8,6 +8,7 @@ closed form multiplies with another of one component, any load with a function o
 
 import functools
 import math
+import warnings
 
 import numpy as np
 
@@ -90,6 +91,14 @@ class Load:
                 raise ValueError("loads multiply where one of them has a single component")
             return Load(_product(self._terms, other._terms))
         if callable(other):
+            records = [*self.spans(), *(other.spans() if isinstance(other, Load) else ())]
+            if records:
+                warnings.warn(
+                    "a record times a function of time is taken as a polynomial over each step, "
+                    "across its samples: multiply the samples instead, or take steps no longer "
+                    "than theirs",
+                    stacklevel=2,
+                )
             return Function(lambda t: self(t) * np.asarray(other(t), float))
         return NotImplemented
 

@@ -1,5 +1,10 @@
 """Many trajectories in one call."""
 
+import os
+import signal
+import threading
+import time
+
 import numpy as np
 import pytest
 from structures import chain
@@ -55,3 +60,16 @@ def test_bad_input():
     with pytest.raises(TypeError, match="corection"):
         spim.ensemble(system, np.zeros((2, 6)), (0.0, 1.0), 0.1, corection="exact")
     assert spim.ensemble(system, np.zeros((0, 6)), (0.0, 1.0), 0.1) == []
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("load", [None, spim.loads.Harmonic(np.ones(3), 2.0)])
+def test_ctrl_c_ends_an_ensemble(threads, load):
+    system = structure(load)
+    timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))
+    start = time.perf_counter()
+    timer.start()
+    states = np.ones((64, 6))
+    with pytest.raises(KeyboardInterrupt):
+        spim.ensemble(system, states, (0.0, 1e7), 0.01, every=10**6, threads=threads)
+    assert time.perf_counter() - start < 5.0

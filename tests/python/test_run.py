@@ -1,5 +1,7 @@
 """Claims about runs that are stepped one call at a time."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -96,3 +98,13 @@ def test_bad_runs_say_what_is_wrong(arguments, error, words):
         arguments = {**arguments, "system": spim.LinearSystem([[-1.0]])}
     with pytest.raises(error, match=words):
         spim.Run(arguments.pop("system"), arguments.pop("z0"), **arguments)
+
+
+def test_a_copy_goes_on_from_where_its_run_is():
+    system = spim.StructuralSystem(np.eye(2), [[2.0, -1.0], [-1.0, 1.0]])
+    run = spim.Run(system, system.state(q=[1.0, 0.0]), step=0.1, t0=2.0)
+    for _ in range(5):
+        run.step()
+    other = pickle.loads(pickle.dumps(run))
+    assert other.t == run.t
+    assert (other.step(force=[1.0, 0.0]) == run.step(force=[1.0, 0.0])).all()

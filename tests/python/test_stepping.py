@@ -95,6 +95,10 @@ def test_outputs_in_place_of_states():
     few = spim.integrate(system, z0, (0.0, 20.0), 0.1, outputs=[3, 0])
     assert (few.outputs == whole.z[:, [3, 0]]).all()
     assert (few.last == whole.z[-1]).all()
+    mask = np.arange(8) == 3
+    assert (
+        spim.integrate(system, z0, (0.0, 20.0), 0.1, outputs=mask).outputs[:, 0] == whole.z[:, 3]
+    ).all()
     matrix = np.random.default_rng(0).normal(size=(3, 8))
     for options in ({"every": 7}, {"coordinates": "energy"}, {"method": "rk4"}):
         whole = spim.integrate(system, z0, (0.0, 20.0), 0.1, **options)

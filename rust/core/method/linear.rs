@@ -331,6 +331,7 @@ fn propagator(
         _ => "",
     };
     let correction = match propagator.correction {
+        Correction::Exact if one_of(options, "coordinates", ["raw", "energy"])? == 1 => "",
         Correction::Exact => "state kept correctly rounded",
         Correction::Polish => match propagator.group {
             Some(Group::Orthogonal) => "orthogonal polish: A is skew-symmetric",
@@ -339,11 +340,14 @@ fn propagator(
         Correction::None => "",
     };
     let coordinates = match one_of(options, "coordinates", ["raw", "energy"])? {
+        1 if propagator.correction == Correction::Exact => {
+            "energy coordinates, kept to rounding of their own matrix"
+        }
         1 => "energy coordinates",
         _ => "",
     };
     let forcing = match one_of(options, "forcing", ["exact", "inverse"])? {
-        1 => "loads by the inverse of A, eq. 45",
+        1 => "loads taken as linear over each step, by the inverse of A (eq. 45)",
         _ => "",
     };
     let why = [scheme, coordinates, correction, forcing];

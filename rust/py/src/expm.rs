@@ -44,10 +44,12 @@ impl Given<'_, '_> {
         let given = [("pade", self.pade), ("order", self.order), ("doublings", self.doublings)];
         match given.iter().find(|(name, value)| value.is_some() && !allowed.contains(name)) {
             None => Ok(()),
-            Some((name, _)) => Err(PyTypeError::new_err(format!(
-                "method '{method}' has no option '{name}'; it has {}",
-                allowed.join(", ")
-            ))),
+            Some((name, _)) => {
+                let allowed = if allowed.is_empty() { "none".into() } else { allowed.join(", ") };
+                Err(PyTypeError::new_err(format!(
+                    "method '{method}' has no option '{name}'; it has {allowed}"
+                )))
+            }
         }
     }
 }
