@@ -11,7 +11,6 @@ from spim.loads import NEAR, _Interpolated, _Pieces
 # Different distances of breakpoints from grid points for which exponentials are kept.
 MOST_DISTANCES = 4096
 
-
 # Exponents from which an exponential loses digits to the end of the range of doubles.
 SMALLEST = 650.0
 
@@ -26,8 +25,14 @@ class Acting:
     def __init__(self, A, E, load, t0, h, steps):
         self._A, self._E, self._load, self._t0, self._h = A, E, load, t0, h
         self._steps, self.width = steps, len(A)
-        self.inputs, self.matrix = _generator(load._terms, E)
+        self._closed = _generator(load._terms, E)
+        self.inputs, self.matrix = self._closed
         self.start = _generated(load._terms, t0)
+
+    def _step_nothing_along(self):
+        """What is in closed form comes as impulses too."""
+        self.inputs, self.matrix = np.zeros((self.width, 0)), np.zeros((0, 0))
+        self.start = np.zeros(0)
 
     # What follows takes exponentials, which methods that ask for values alone do without.
 
@@ -57,8 +62,9 @@ class Acting:
     @functools.cached_property
     def _theta(self):
         """What a unit state of the generator does in a step."""
-        m, size = self.width, len(self.matrix)
-        whole = np.block([[self._A, self.inputs], [np.zeros((size, m)), self.matrix]])
+        inputs, matrix = self._closed
+        m, size = self.width, len(matrix)
+        whole = np.block([[self._A, inputs], [np.zeros((size, m)), matrix]])
         return phi(whole, 0, tau=self._h)[0][:m, m:]
 
     def value(self, t):
@@ -102,21 +108,12 @@ class ActingStepByStep(Acting):
 
     def __init__(self, A, E, load, t0, h, steps):
         super().__init__(A, E, load, t0, h, steps)
-        # What the closed form needs is kept under other names: the core steps nothing along.
-        self._closed = self.inputs, self.matrix, self.start
-        self.inputs, self.matrix, self.start = np.zeros((len(A), 0)), np.zeros((0, 0)), np.zeros(0)
+        self._step_nothing_along()
 
     @property
     def sampled(self):
         """Whether there are impulses beyond those of the records."""
         return bool(self._called) or bool(self._load._terms)
-
-    @functools.cached_property
-    def _theta(self):
-        inputs, matrix, _ = self._closed
-        m, size = self.width, len(matrix)
-        whole = np.block([[self._A, inputs], [np.zeros((size, m)), matrix]])
-        return phi(whole, 0, tau=self._h)[0][:m, m:]
 
     def impulses(self, k, count):
         """Impulses of steps k, k + 1, .. but for records: `count` numbers, a row a step."""
@@ -132,7 +129,7 @@ class ActingByInverse(Acting):
 
     def __init__(self, A, E, load, t0, h, steps):
         super().__init__(A, E, load, t0, h, steps)
-        self.inputs, self.matrix, self.start = np.zeros((len(A), 0)), np.zeros((0, 0)), np.zeros(0)
+        self._step_nothing_along()
         inverse = _inverse(A)
         grown = expm(h * A) - np.eye(len(A))
         # Of r0 + r1 s: (T A^-1) r0 + (T A^-2 - h A^-1) r1, T the increment.

@@ -65,7 +65,29 @@ pub trait Walk: Send {
         to: usize,
         rows: &mut [f64],
         done: &mut usize,
-    ) -> Result<()>;
+    ) -> Result<()> {
+        self.read_each(carried, from, to, rows, done)
+    }
+
+    /// As [`read`](Self::read), one step after the other: up to one that is not finite.
+    ///
+    /// # Errors
+    /// As there.
+    fn read_each(
+        &self,
+        carried: &[Eight],
+        from: usize,
+        to: usize,
+        rows: &mut [f64],
+        done: &mut usize,
+    ) -> Result<()> {
+        let len = rows.len() / (to - from).max(1);
+        for (at, row) in (from..to).zip(rows.chunks_exact_mut(len)) {
+            self.read_one(carried, at, row)?;
+            *done += 1;
+        }
+        Ok(())
+    }
 
     /// Copies the states of step `at` of the block out.
     ///
@@ -191,12 +213,7 @@ impl Walk for Blocks {
             *done += to - from;
             return Ok(());
         }
-        let row_len = self.batch * self.shown.rows;
-        for (at, row) in (from..to).zip(rows.chunks_exact_mut(row_len)) {
-            self.read_one(carried, at, row)?;
-            *done += 1;
-        }
-        Ok(())
+        self.read_each(carried, from, to, rows, done)
     }
 
     fn read_one(&self, carried: &[Eight], at: usize, row: &mut [f64]) -> Result<()> {

@@ -230,10 +230,7 @@ impl Walk for Driven {
             if dispatch(UnpackColumns { layout, packed, plain: &mut *here }) {
                 *done += upto - step;
             } else {
-                for (at, row) in (step..upto).zip(here.chunks_exact_mut(m)) {
-                    self.read_one(carried, at, row)?;
-                    *done += 1;
-                }
+                self.read_each(carried, step, upto, here, done)?;
             }
             rows = rest;
             step = upto;

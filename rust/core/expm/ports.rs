@@ -217,12 +217,6 @@ impl Ports {
         block.copy_from_slice(&self.next[0]);
         start.copy_from_slice(&self.state);
     }
-
-    /// The outputs of step `at` of the block that is carried.
-    fn outputs_of<'a>(&self, carried: &'a [Eight], at: usize) -> &'a [f64] {
-        let from = output(self.sizes, at, 0);
-        &doubles(carried)[from..from + self.sizes[1]]
-    }
 }
 
 /// Packs of a column: the state, then the outputs of each step.
@@ -261,21 +255,6 @@ impl Walk for Ports {
         Ok(())
     }
 
-    fn read(
-        &self,
-        carried: &[Eight],
-        from: usize,
-        to: usize,
-        rows: &mut [f64],
-        done: &mut usize,
-    ) -> Result<()> {
-        for (at, row) in (from..to).zip(rows.chunks_exact_mut(self.sizes[1])) {
-            self.read_one(carried, at, row)?;
-            *done += 1;
-        }
-        Ok(())
-    }
-
     fn whole(&self, k: u64, carried: &[Eight]) -> Result<Vec<f64>> {
         let layout = self.propagator.layout();
         let mut state = carried[self.next[0].len()..][..layout.stride].to_vec();
@@ -293,7 +272,7 @@ impl Walk for Ports {
     }
 
     fn read_one(&self, carried: &[Eight], at: usize, row: &mut [f64]) -> Result<()> {
-        let outputs = self.outputs_of(carried, at);
+        let outputs = &doubles(carried)[output(self.sizes, at, 0)..][..self.sizes[1]];
         if !dense::is_finite(outputs) {
             return Err(state_overflow());
         }

@@ -128,21 +128,6 @@ impl Walk for TwoTerm {
         Ok(())
     }
 
-    fn read(
-        &self,
-        carried: &[Eight],
-        from: usize,
-        to: usize,
-        rows: &mut [f64],
-        done: &mut usize,
-    ) -> Result<()> {
-        for (at, row) in (from..to).zip(rows.chunks_exact_mut(2 * self.half.rows)) {
-            self.read_one(carried, at, row)?;
-            *done += 1;
-        }
-        Ok(())
-    }
-
     fn read_one(&self, carried: &[Eight], at: usize, row: &mut [f64]) -> Result<()> {
         let (n, at) = (self.half.rows, at * self.half.doubles());
         let parts = || carried.chunks_exact(2 * self.packs());

@@ -157,7 +157,8 @@ const REFERENCE: &str = "Huang, Deng & Yao, J. Sound Vib. 299 (2007)";
 pub(super) const AUTO: MethodInfo = MethodInfo {
     name: "auto",
     aliases: &[],
-    summary: "the exponential right to the last bit (32 states or fewer) or SID 21+",
+    summary: "the exponential right to the last bit (32 states or fewer, separable systems) or SID \
+              21+",
     order: None,
     symplectic: true,
     symmetric: true,
@@ -181,7 +182,7 @@ pub(super) const HALF: MethodInfo = MethodInfo {
     energy_preserving: true,
     needs: Needs::Separable,
     reproducible: "every machine",
-    reference: REFERENCE,
+    reference: "Serbin & Blalock, SIAM J. Sci. Stat. Comput. 1 (1980)",
     options: &[CORRECTION],
     build: |problem, h, options, watch| {
         let recipe = Recipe { scheme: Scheme::Half, doublings: None };
@@ -330,21 +331,16 @@ fn propagator(
         Scheme::Sid => "SID 21+ in doubles: the state has more than 32 components",
         _ => "",
     };
+    let energy = one_of(options, "coordinates", ["raw", "energy"])? == 1;
+    let coordinates = if energy { "energy coordinates" } else { "" };
     let correction = match propagator.correction {
-        Correction::Exact if one_of(options, "coordinates", ["raw", "energy"])? == 1 => "",
+        Correction::Exact if energy => "kept to rounding of their own matrix",
         Correction::Exact => "state kept correctly rounded",
         Correction::Polish => match propagator.group {
             Some(Group::Orthogonal) => "orthogonal polish: A is skew-symmetric",
             _ => "symplectic polish: A is Hamiltonian",
         },
         Correction::None => "",
-    };
-    let coordinates = match one_of(options, "coordinates", ["raw", "energy"])? {
-        1 if propagator.correction == Correction::Exact => {
-            "energy coordinates, kept to rounding of their own matrix"
-        }
-        1 => "energy coordinates",
-        _ => "",
     };
     let forcing = match one_of(options, "forcing", ["exact", "inverse"])? {
         1 => "loads taken as linear over each step, by the inverse of A (eq. 45)",

@@ -1,6 +1,6 @@
 //! Modal stepping: every mode by its own exact exponential, a few operations a step and mode.
 //!
-//! The modes themselves are where digits are lost: three to five on stiff beams
+//! The modes themselves are where digits are lost, up to three of the energy on stiff beams
 //! (`u w_max^2 / w_low`), which is why this is never the default.
 
 use std::sync::Arc;
@@ -92,8 +92,8 @@ pub(super) fn is_decoupled(system: &Linear) -> bool {
 pub(super) const MODAL: MethodInfo = MethodInfo {
     name: "modal",
     aliases: &[],
-    summary: "every mode by its own exponential: cheap steps, three to five digits fewer on stiff \
-              structures",
+    summary: "every mode by its own exponential: cheap steps, up to three digits of the energy \
+              fewer on stiff structures",
     order: None,
     symplectic: true,
     symmetric: true,
