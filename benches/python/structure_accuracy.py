@@ -12,6 +12,7 @@ import argparse
 import time
 
 import numpy as np
+from _beams import beam
 from _table import show
 from scipy.integrate import solve_ivp
 
@@ -25,37 +26,7 @@ LEVELS = (1e-3, 1e-6)
 
 def cantilever():
     """Mass and stiffness of a uniform Euler-Bernoulli cantilever whose first period is 1 s."""
-    h = 1.0 / ELEMENTS
-    k = (
-        np.array(
-            [
-                [12, 6 * h, -12, 6 * h],
-                [6 * h, 4 * h * h, -6 * h, 2 * h * h],
-                [-12, -6 * h, 12, -6 * h],
-                [6 * h, 2 * h * h, -6 * h, 4 * h * h],
-            ]
-        )
-        / h**3
-    )
-    m = (
-        h
-        / 420
-        * np.array(
-            [
-                [156, 22 * h, 54, -13 * h],
-                [22 * h, 4 * h * h, 13 * h, -3 * h * h],
-                [54, 13 * h, 156, -22 * h],
-                [-13 * h, -3 * h * h, -22 * h, 4 * h * h],
-            ]
-        )
-    )
-    size = 2 * (ELEMENTS + 1)
-    M, K = np.zeros((2, size, size))
-    for element in range(ELEMENTS):
-        here = slice(2 * element, 2 * element + 4)
-        M[here, here] += m
-        K[here, here] += k
-    M, K = M[2:, 2:], K[2:, 2:]
+    M, K = beam(ELEMENTS)
     first = spim.StructuralSystem(M, K).modal(1).frequencies[0]
     return M, K * (2.0 * np.pi / first) ** 2
 
