@@ -13,6 +13,7 @@ MOST_DISTANCES = 4096
 
 # Exponents from which an exponential loses digits to the end of the range of doubles.
 SMALLEST = 650.0
+LARGEST = 709.0
 
 
 class Acting:
@@ -25,6 +26,12 @@ class Acting:
     def __init__(self, A, E, load, t0, h, steps):
         self._A, self._E, self._load, self._t0, self._h = A, E, load, t0, h
         self._steps, self.width = steps, len(A)
+        fastest = max((x.real * h for x in load._terms), default=0.0)
+        if fastest > LARGEST:
+            raise OverflowError(
+                f"load: an exponential of rate {fastest / h:g} exceeds 1.8e308 within a step; "
+                "shorten the step"
+            )
         self._closed = _generator(load._terms, E)
         self.inputs, self.matrix = self._closed
         self.start = _generated(load._terms, t0)
@@ -37,22 +44,26 @@ class Acting:
     # What follows takes exponentials, which methods that ask for values alone do without.
 
     @functools.cached_property
-    def _parts(self):
+    def parts(self):
+        """What is not in closed form, each at work in this run."""
         phis = functools.cache(lambda count: phi(self._A, count, tau=self._h))
-        return [
-            _at_work(self._A, self._E, part, factor, self._t0, self._h, phis)
-            for part, factor in self._load._parts
-        ]
+        kinds = {_Pieces: _PiecesAtWork, _Interpolated: _InterpolatedAtWork}
+        parts = []
+        for part, factor in self._load._parts:
+            along = self._E if part.direction is None else self._E @ part.direction[:, None]
+            kind = kinds[type(part)]
+            parts.append(kind(self._A, factor * along, part, self._t0, self._h, phis))
+        return parts
 
     @functools.cached_property
     def records(self):
         """Parts with a sample a step, for the core."""
-        return [record for part in self._parts if (record := part.record()) is not None]
+        return [record for part in self.parts if (record := part.record()) is not None]
 
     @functools.cached_property
     def _called(self):
         """The other parts."""
-        return [part for part in self._parts if part.record() is None]
+        return [part for part in self.parts if part.record() is None]
 
     @property
     def sampled(self):
@@ -92,15 +103,19 @@ class Acting:
     def all_impulses(self, k, count):
         """Impulses of `count` steps from k on, (count, m): closed forms and records included."""
         rows = np.zeros((count, self.width))
-        for part in self._parts:
+        for part in self.parts:
             part.add(k, rows)
         self._add_closed(k, rows)
         return rows
 
     def _add_closed(self, k, rows):
         if self._load._terms:
-            times = self._t0 + self._h * np.arange(k, k + len(rows))
-            rows += np.array([_generated(self._load._terms, t) for t in times]) @ self._theta.T
+            rows += self.generated(k, len(rows)) @ self._theta.T
+
+    def generated(self, k, count):
+        """The generator's state at grid points k, k + 1, .., (count, g)."""
+        times = self._t0 + self._h * np.arange(k, k + count)
+        return np.array([_generated(self._load._terms, t) for t in times]).reshape(count, -1)
 
 
 class ActingStepByStep(Acting):
@@ -201,15 +216,12 @@ def _generator(terms, E):
     return np.hstack(inputs), matrix
 
 
-def _at_work(A, E, part, factor, t0, h, phis):
-    B = factor * (E if part.direction is None else E @ part.direction[:, None])
-    kinds = {_Pieces: _PiecesAtWork, _Interpolated: _InterpolatedAtWork}
-    return kinds[type(part)](A, B, part, t0, h, phis)
-
-
 class _PiecesAtWork:
+    """Linear pieces. `inputs` (m, r) is what they act through, `degree` that of a piece."""
+
     def __init__(self, A, B, pieces, t0, h, phis):
-        self._A, self._B, self._h, self._pieces = A, B, h, pieces
+        self._A, self._h, self._pieces, self._phis = A, h, pieces, phis
+        self.inputs, self.degree = B, 0 if pieces.held else 1
         x = (pieces.edges - t0) / h
         if h < 0.0:
             x = x[::-1]
@@ -217,9 +229,13 @@ class _PiecesAtWork:
         # Within rounding on the grid.
         slack = np.maximum(NEAR, 4.0 * np.finfo(float).eps * np.abs(grid))
         self._x = np.where(np.abs(x - grid) <= slack, grid, x)
-        _, first, second = phis(2)
-        self._constant, self._linear = h * (first @ B).T, h * (second @ B).T
         self._within = {}
+
+    @functools.cached_property
+    def _weights(self):
+        """What a value and a slope do in a step, each (r, m)."""
+        _, first, second = self._phis(2)
+        return self._h * (first @ self.inputs).T, self._h * (second @ self.inputs).T
 
     def record(self):
         """For the core, if there is one sample a step: samples, first step, weights."""
@@ -227,9 +243,10 @@ class _PiecesAtWork:
         if self._x[0] != begin or (np.diff(self._x) != 1.0).any():
             return None
         samples = self._pieces.samples[:: 1 if self._h > 0.0 else -1]
+        constant, linear = self._weights
         if self._pieces.held:
-            return samples, begin, self._constant.T, None
-        return samples, begin, (self._constant - self._linear).T, self._linear.T
+            return samples, begin, constant.T, None
+        return samples, begin, (constant - linear).T, linear.T
 
     @functools.cached_property
     def _lefts(self):
@@ -258,21 +275,42 @@ class _PiecesAtWork:
 
     def add(self, k, rows):
         """Adds the impulses of steps k, k + 1, .. to `rows`."""
-        x = np.arange(k, k + len(rows), dtype=float)
-        piece = np.searchsorted(self._x, x, side="right") - 1
-        inside = piece >= 0
-        piece, at = piece[inside], x[inside]
-        slope = self._slopes[piece]
-        value = self._lefts[piece] + slope * (at - self._x[piece])[:, None]
-        rows[inside] += value @ self._constant + slope @ self._linear
+        value, slope = self._starts(k, len(rows))
+        constant, linear = self._weights
+        rows += value @ constant + slope @ linear
         jumps, bends = self._changes
-        first, last = np.searchsorted(self._x, [k, k + len(rows)])
-        for edge in range(first, last):
+        for edge in self._inner(k, len(rows)):
             step = math.floor(self._x[edge])
-            if step == self._x[edge]:
-                continue
             jump, bend = self._from(step + 1.0 - self._x[edge])
             rows[step - k] += jumps[edge] @ jump + bends[edge] @ bend
+
+    def polynomials(self, k, count):
+        """At the starts of steps k, k + 1, ..: values and, unless held, changes in a step."""
+        value, slope = self._starts(k, count)
+        return value if self._pieces.held else np.hstack([value, slope])
+
+    def breaks(self, k, count):
+        """Within these steps: (place, what `polynomials` changes by there)."""
+        jumps, bends = self._changes
+        for edge in self._inner(k, count):
+            change = [jumps[edge]] if self._pieces.held else [jumps[edge], bends[edge]]
+            yield float(self._x[edge]), np.concatenate(change)
+
+    def _starts(self, k, count):
+        """Values and slopes per step at the starts of steps."""
+        x = np.arange(k, k + count, dtype=float)
+        piece = np.searchsorted(self._x, x, side="right") - 1
+        inside = piece >= 0
+        value, slope = np.zeros((2, count, self.inputs.shape[1]))
+        piece, at = piece[inside], x[inside]
+        slope[inside] = self._slopes[piece]
+        value[inside] = self._lefts[piece] + slope[inside] * (at - self._x[piece])[:, None]
+        return value, slope
+
+    def _inner(self, k, count):
+        """Edges within these steps, not at their ends."""
+        first, last = np.searchsorted(self._x, [k, k + count])
+        return [edge for edge in range(first, last) if self._x[edge] % 1.0 != 0.0]
 
     def _from(self, rest):
         """What a jump and a bend do over the rest of a step."""
@@ -282,30 +320,51 @@ class _PiecesAtWork:
                 self._within.clear()
             tau = rest * self._h
             _, first, second = phi(self._A, 2, tau=tau)
-            jump, bend = tau * (first @ self._B).T, tau * rest * (second @ self._B).T
+            jump, bend = tau * (first @ self.inputs).T, tau * rest * (second @ self.inputs).T
             self._within[key] = jump, bend
         return self._within[key]
 
 
 class _InterpolatedAtWork:
+    """A function, a polynomial over each step. `inputs` (m, r) is what it acts through."""
+
     def __init__(self, A, B, part, t0, h, phis):
-        self._part, self._t0, self._h = part, t0, h
+        self._part, self._t0, self._h, self._phis = part, t0, h, phis
+        self.inputs, self.degree = B, part.degree
         count = part.degree + 1
         nodes, _ = np.polynomial.legendre.leggauss(count)
         self._nodes = 0.5 * (1.0 + nodes)
-        # Coefficients of powers of s/h from values at the nodes.
+        # Derivatives by s/h at the start from values at the nodes.
         powers = np.linalg.inv(np.vander(self._nodes, count, increasing=True))
-        functions = phis(count)
-        impulses = [h * math.factorial(j) * (functions[j + 1] @ B).T for j in range(count)]
-        self._weights = np.einsum("ji,jnm->inm", powers, impulses)
+        self._derivatives = powers * [[math.factorial(j)] for j in range(count)]
+
+    @functools.cached_property
+    def _weights(self):
+        """What the value at each node does in a step, (d + 1, r, m)."""
+        functions = self._phis(self.degree + 1)
+        impulses = [self._h * (phi @ self.inputs).T for phi in functions[1:]]
+        return np.einsum("ji,jnm->inm", self._derivatives, impulses)
 
     def record(self):
         """None: its values are found as the run goes."""
 
     def add(self, k, rows):
         """Adds the impulses of steps k, k + 1, .. to `rows`."""
-        steps = np.arange(k, k + len(rows))
-        for node, weights in zip(self._nodes, self._weights, strict=True):
-            times = self._t0 + (steps + node) * self._h
-            values = np.array([self._part._value(float(t)) for t in times])
+        for values, weights in zip(self._values(k, len(rows)), self._weights, strict=True):
             rows += values @ weights
+
+    def polynomials(self, k, count):
+        """At the starts of steps k, k + 1, ..: values and derivatives by parts of a step."""
+        values = np.array(list(self._values(k, count)))
+        return np.einsum("ji,ikr->kjr", self._derivatives, values).reshape(count, -1)
+
+    def breaks(self, k, count):
+        """None within a step."""
+        return ()
+
+    def _values(self, k, count):
+        """At each node of steps k, k + 1, .., (count, r)."""
+        steps = np.arange(k, k + count)
+        for node in self._nodes:
+            times = self._t0 + (steps + node) * self._h
+            yield np.array([self._part._value(float(t)) for t in times])

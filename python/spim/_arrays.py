@@ -26,6 +26,19 @@ def finite(name, given, shape=None):
     return array
 
 
+def degrees(name, given, size):
+    """Numbers of degrees of freedom, or of components, 0 .. size - 1."""
+    array = finite(name, given)
+    whole = array.astype(int)
+    wrong = (whole != array) | (whole < 0) | (whole >= size)
+    if wrong.any():
+        bad = array[wrong][0]
+        raise ValueError(f"{name}: components are numbered 0 to {size - 1}, got {bad:g}")
+    if whole.ndim != 1 or not whole.size:
+        raise ValueError(f"{name}: must have shape (r,), r > 0, got {whole.shape}")
+    return whole
+
+
 def matrix(name, given, size=None):
     """A square matrix of doubles, from an array or a sparse matrix."""
     if hasattr(given, "toarray"):

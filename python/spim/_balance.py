@@ -6,10 +6,15 @@ the core works out as it does the motion itself. Nothing here knows the energy, 
 the three tests them all.
 """
 
+import functools
+import math
+
 import numpy as np
 
-from spim._acting import Acting, _generated
-from spim._core import UnsupportedError, flows
+from spim._acting import MOST_DISTANCES, Acting, begins_below_doubles
+from spim._core import Flows, UnsupportedError, expm
+from spim._walk import walk
+from spim.loads import NEAR
 
 # Steps that are worked on at once.
 PIECE = 4096
@@ -17,97 +22,156 @@ PIECE = 4096
 
 def dissipated_and_work(solution):
     """Energy dissipated, and work of the load, from the start to each stored state: (k,), (k,)."""
-    system = solution.system
-    if len(solution.t) != solution.stats["steps"] + 1:
-        raise UnsupportedError(
-            "dissipated, work: need every step; integrate with every=1, without t_eval"
-        )
-    n, A, h = system.dof, system.A, solution.step
-    velocity = np.hstack([-0.5 * system._inverse @ system.gyroscopic, system._inverse])
-    damping = 0.5 * (system.damping + system.damping.T)
-    whole, force, states = A, np.zeros((n, 2 * n)), _States(solution.z)
-    if system.load is not None:
-        acting = Acting(A, system._input, system._bound_load, solution.t[0], h, len(solution.t))
-        if acting.sampled:
-            raise UnsupportedError(
-                "dissipated, work: need loads in closed form or records with a sample a step; take "
-                "the record's step for the run, or interpolate the record to the run's"
-            )
-        states = _States(solution.z, acting, system._bound_load._terms, solution.t)
-        whole, force = _together(A, system, acting, h)
-    width = len(whole)
-    v = np.zeros((n, width))
-    v[:, : 2 * n] = velocity
-    forms = [v.T @ damping @ v, 0.5 * (v.T @ force + force.T @ v)]
-    # In units of energy: stiff and limp coordinates then weigh alike. Powers of two round nothing.
-    scale = np.ones(width)
-    scale[:n] = _power_of_two(1.0 / np.sqrt(np.abs(np.diag(system.stiffness)) + 1e-300))
-    scale[n : 2 * n] = _power_of_two(np.sqrt(np.diag(system.mass)))
-    forms = [form * scale * scale[:, None] for form in forms]
-    forms = flows(whole * scale / scale[:, None], h, np.array(forms))
-    totals = np.zeros((2, len(solution.t)))
-    for first in range(0, len(solution.t) - 1, PIECE):
-        X = states.piece(first, min(first + PIECE, len(solution.t) - 1)) / scale
-        for total, form in zip(totals, forms, strict=True):
-            total[first + 1 : first + 1 + len(X)] = np.einsum("ki,ki->k", X @ form, X)
-    found = np.cumsum(totals, axis=1)
+    if not len(solution.t):
+        return np.zeros((2, 0))
+    places = _places(solution)
+    motion = _Motion(solution)
+    # On the grid, or within a step.
+    steps = np.floor(places).astype(int)
+    marks = places != steps
+    found, gone = np.zeros((2, len(places))), np.zeros((2, 1))
+    for first, states in _pieces(solution, math.ceil(places[-1])):
+        gains, within = motion.gains(first, states, places[marks])
+        here = np.hstack([gone, gone + np.cumsum(gains, axis=1)])
+        inside = (steps >= first) & (steps <= first + len(states))
+        found[:, inside] = here[:, steps[inside] - first]
+        gone = here[:, -1:]
+        for place, part in within.items():
+            found[:, places == place] += part[:, None]
     if not np.isfinite(found).all():
         raise OverflowError("dissipated, work: exceed 1.8e308")
     return found
 
 
+def _places(solution):
+    """The stored times in steps from the start; within rounding on the grid."""
+    h = solution.step
+    if h == 0.0:
+        return np.zeros(len(solution.t))
+    places = (solution.t - solution._start[0]) / h
+    grid = np.round(places)
+    slack = np.maximum(NEAR, 4.0 * np.finfo(float).eps * np.abs(solution.t / h))
+    return np.where(np.abs(places - grid) <= slack, grid, places)
+
+
+def _pieces(solution, count):
+    """First step and states at the starts of steps 0 .. count - 1, some at a time."""
+    if solution._every_step:
+        for first in range(0, count, PIECE):
+            yield first, solution.z[first : min(first + PIECE, count)]
+        return
+    # Those between stored states are stepped again.
+    (t0, z), h = solution._start, solution.step
+    for first in range(0, count, PIECE):
+        steps = min(PIECE, count - first)
+        begin, end = t0 + first * h, t0 + (first + steps) * h
+        run = walk(solution.system, z, begin, end, abs(h), solution._name, 1, solution._options)
+        if run["error"] is not None:
+            raise run["error"]
+        yield first, run["z"][:-1]
+        z = run["z"][-1]
+
+
+class _Motion:
+    """System and load together, ``X' = whole X``, and its energy flows."""
+
+    def __init__(self, solution):
+        system, h = solution.system, solution.step
+        self._h, self._acting = h, None
+        blocks, inputs = [], [np.zeros((system.size, 0))]
+        if system.load is not None and h != 0.0:
+            t0 = solution._start[0]
+            if begins_below_doubles(system._bound_load, t0, h):
+                raise UnsupportedError(
+                    "dissipated, work: the load grows from less than doubles hold; start later"
+                )
+            steps = solution.stats["steps"] + 1
+            acting = Acting(system.A, system._input, system._bound_load, t0, h, steps)
+            self._acting = acting
+            blocks.append(acting.matrix)
+            inputs.append(acting.inputs)
+            for part in acting.parts:
+                # Value and derivatives by parts of a step, each fed by the next.
+                r, count = part.inputs.shape[1], part.degree + 1
+                blocks.append(np.eye(r * count, k=r) / h)
+                inputs.append(np.pad(part.inputs, [(0, 0), (0, r * (count - 1))]))
+        self._assemble(system, blocks, np.hstack(inputs))
+
+    def _assemble(self, system, blocks, inputs):
+        n, m = system.dof, system.size
+        width = m + inputs.shape[1]
+        whole = np.zeros((width, width))
+        whole[:m, :m], whole[:m, m:] = system.A, inputs
+        at = m
+        for block in blocks:
+            whole[at : at + len(block), at : at + len(block)] = block
+            at += len(block)
+        velocity, force = np.zeros((2, n, width))
+        velocity[:, :m] = np.hstack([-0.5 * system._inverse @ system.gyroscopic, system._inverse])
+        force[:, m:] = inputs[n:]
+        damping = 0.5 * (system.damping + system.damping.T)
+        work = velocity.T @ force
+        forms = np.array([velocity.T @ damping @ velocity, 0.5 * (work + work.T)])
+        # In units of energy: stiff and limp coordinates then weigh alike. Powers of two round
+        # nothing.
+        scale = np.ones(width)
+        stiffness = np.abs(np.diag(system.stiffness))
+        scale[:n] = _power_of_two(1.0 / np.sqrt(stiffness + 1e-300))
+        scale[n:m] = _power_of_two(np.sqrt(np.diag(system.mass)))
+        self._scale = scale
+        self._whole = whole * scale / scale[:, None]
+        forms = forms * scale * scale[:, None]
+
+        @functools.lru_cache(MOST_DISTANCES)
+        def flows(part):
+            return Flows(self._whole, part * self._h, forms)
+
+        @functools.lru_cache(MOST_DISTANCES)
+        def ahead(part):
+            return expm(part * self._h * self._whole)
+
+        # Over a part of a step: energy flows, and the exponential.
+        self._flows, self._ahead = flows, ahead
+
+    def gains(self, first, states, marks):
+        """Flows of steps from `first` on, (2, k), and up to each mark within one of them."""
+        count = len(states)
+        parts, breaks = [states], {}
+        if self._acting is not None:
+            parts.append(self._acting.generated(first, count))
+            at = states.shape[1] + parts[-1].shape[1]
+            for part in self._acting.parts:
+                parts.append(part.polynomials(first, count))
+                for place, change in part.breaks(first, count):
+                    whole = breaks.setdefault(math.floor(place), {}).setdefault(place, 0.0)
+                    breaks[math.floor(place)][place] = whole + self._change(at, change)
+                at += parts[-1].shape[1]
+        for place in marks[(marks > first) & (marks < first + count)]:
+            breaks.setdefault(math.floor(place), {}).setdefault(place, 0.0)
+        X = np.hstack(parts) / self._scale
+        gains = self._flows(1.0).totals(X)
+        within = {}
+        for step, changes in breaks.items():
+            gains[:, step - first] = self._piecewise(X[step - first], step, changes, within)
+        return gains, within
+
+    def _change(self, at, change):
+        whole = np.zeros(len(self._scale))
+        whole[at : at + len(change)] = change
+        return whole
+
+    def _piecewise(self, X, step, changes, within):
+        """Flows of a step in which something changes; notes those up to each place of a change."""
+        total, last = np.zeros(2), float(step)
+        for place in [*sorted(changes), step + 1.0]:
+            part = round(place - last, 12)
+            total = total + self._flows(part).totals(X[None])[:, 0]
+            if place in changes:
+                within[place] = total
+                X = self._ahead(part) @ X + changes[place]
+            last = place
+        return total
+
+
 def _power_of_two(x):
     return 2.0 ** np.clip(np.round(np.log2(x)), -200, 200)
-
-
-class _States:
-    """States of system and load together, at the starts of steps."""
-
-    def __init__(self, z, acting=None, terms=(), t=None):
-        self._z, self._acting, self._terms, self._t = z, acting, dict(terms), t
-
-    def piece(self, first, last):
-        """Those of steps first .. last - 1."""
-        parts = [self._z[first:last]]
-        if self._acting is not None:
-            if self._acting.start.size:
-                generated = [_generated(self._terms, t) for t in self._t[first:last]]
-                parts.append(np.array(generated))
-            for samples, begin, _, late in self._acting.records:
-                steps = np.arange(first, last) - begin
-                count = len(samples) - (late is not None)
-                inside = ((steps >= 0) & (steps < count))[:, None]
-                steps = np.clip(steps, 0, count - 1)
-                parts.append(np.where(inside, samples[steps], 0.0))
-                if late is not None:
-                    change = samples[steps + 1] - samples[steps]
-                    parts.append(np.where(inside, change, 0.0))
-        return np.hstack(parts)
-
-
-def _together(A, system, acting, h):
-    """The matrix of system and load, and the load's forces as a map of their state."""
-    n, m = system.dof, len(A)
-    columns, blocks = [acting.inputs], [acting.matrix]
-    parts = system._bound_load._parts
-    for (part, factor), (samples, _, _, late) in zip(parts, acting.records, strict=True):
-        r = samples.shape[1]
-        direction = np.eye(n) if part.direction is None else part.direction[:, None]
-        columns.append(factor * system._input @ direction)
-        block = np.zeros((r, r))
-        if late is not None:
-            # Linear over the step: value and change.
-            columns.append(np.zeros((m, r)))
-            block = np.block([[block, np.eye(r) / h], [np.zeros((r, 2 * r))]])
-        blocks.append(block)
-    inputs = np.hstack(columns)
-    size = inputs.shape[1]
-    whole = np.zeros((m + size, m + size))
-    whole[:m, :m], whole[:m, m:] = A, inputs
-    at = m
-    for block in blocks:
-        whole[at : at + len(block), at : at + len(block)] = block
-        at += len(block)
-    force = np.zeros((n, m + size))
-    force[:, m:] = inputs[n:]
-    return whole, force

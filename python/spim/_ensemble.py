@@ -30,7 +30,7 @@ def ensemble(system, z0, t_span, step, *, loads=None, threads=1, **options):
     threads : int
         Trajectories are divided among so many threads.
     **options
-        As for `integrate`; ``throw`` is False.
+        As for `integrate`, but for ``throw``: a case that fails says so in its ``error``.
 
     Returns
     -------
@@ -47,6 +47,8 @@ def ensemble(system, z0, t_span, step, *, loads=None, threads=1, **options):
     """
     if not isinstance(system, LinearSystem):
         raise TypeError(f"system: must be a linear spim system, got {type(system).__name__}")
+    if "throw" in options:
+        raise TypeError("throw: an ensemble returns all cases; look at the error of each")
     states, systems = _cases(system, finite("z0", z0), loads)
     threads = _threads(threads)
     if not states.size:

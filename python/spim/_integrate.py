@@ -4,7 +4,7 @@ import warnings
 
 import numpy as np
 
-from spim._arrays import finite
+from spim._arrays import degrees, finite
 from spim._progress import reporter
 from spim._solution import Solution
 from spim._systems import LinearSystem
@@ -125,16 +125,13 @@ def integrate(
 
 def _outputs(given, size):
     """The outputs as a matrix (r, m)."""
+    if hasattr(given, "toarray"):
+        given = given.toarray()
     if np.asarray(given).dtype == bool:
         given = np.flatnonzero(given) if np.shape(given) == (size,) else np.empty(0)
     array = finite("outputs", given)
     if array.ndim == 1 and array.size:
-        whole = array.astype(int)
-        wrong = (whole != array) | (whole < 0) | (whole >= size)
-        if wrong.any():
-            bad = array[wrong][0]
-            raise ValueError(f"outputs: components are numbered 0 to {size - 1}, got {bad:g}")
-        return np.eye(size)[whole]
+        return np.eye(size)[degrees("outputs", array, size)]
     if array.ndim != 2 or array.shape[1] != size or not len(array):
         raise ValueError(
             f"outputs: must be numbers of components or a matrix (r, {size}), got shape "

@@ -1,5 +1,7 @@
 """One step at a time, for control and co-simulation."""
 
+import operator
+
 import numpy as np
 
 from spim import _core
@@ -105,7 +107,15 @@ class Run:
 
     def restore(self, checkpoint):
         """Goes back to where `checkpoint` was called."""
-        self._k, self.state = checkpoint
+        try:
+            k, state = checkpoint
+            k = operator.index(k)
+        except (TypeError, ValueError):
+            raise TypeError(
+                f"checkpoint: must be what checkpoint() gave, got {checkpoint!r}"
+            ) from None
+        self.state = state
+        self._k = k
 
     def _impulse(self):
         at = self._k - self._from

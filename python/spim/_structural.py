@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from spim import _core
-from spim._arrays import cholesky, finite, in_pieces, matrix, mode_shapes, symmetric
+from spim._arrays import cholesky, degrees, finite, in_pieces, matrix, mode_shapes, symmetric
+from spim._core import SingularMatrixError
 from spim._systems import LinearSystem
 
 
@@ -75,7 +76,13 @@ class StructuralSystem(LinearSystem):
         if gyroscopic is not None:
             G = symmetric("gyroscopic", matrix("gyroscopic", gyroscopic, n), -1.0)
         cholesky("mass", M)
-        inverse = _core.solve(M, np.eye(n))
+        try:
+            inverse = _core.solve(M, np.eye(n))
+        except SingularMatrixError:
+            raise ValueError(
+                "mass: cannot be inverted in doubles; take other units, or leave out degrees of "
+                "freedom that have next to no mass"
+            ) from None
         inverse = 0.5 * (inverse + inverse.T)
         self.mass, self.stiffness, self.damping, self.gyroscopic = M, K, C, G
         self._inverse = inverse
@@ -124,12 +131,12 @@ class StructuralSystem(LinearSystem):
 
     def velocity(self, z):
         """Velocities q' of states, (..., 2 n) -> (..., n)."""
-        z = np.asarray(z, float)
+        z = self._states(z)
         return _in_doubles("velocity", in_pieces(self.dof, z, self._velocities))
 
     def acceleration(self, z, t=None):
         """Accelerations q'' of states, (..., 2 n) -> (..., n), under the load at times `t`."""
-        z = np.asarray(z, float)
+        z = self._states(z)
         loaded = self._bound_load is not None and t is not None
         times = np.broadcast_to(np.asarray(t, float), z.shape[:-1]).reshape(-1) if loaded else None
 
@@ -142,6 +149,13 @@ class StructuralSystem(LinearSystem):
             return self._over_mass(force)
 
         return _in_doubles("acceleration", in_pieces(self.dof, z, accelerations))
+
+    def _states(self, z):
+        """States as doubles; their length checked."""
+        z = np.asarray(z, float)
+        if not z.ndim or z.shape[-1] != self.size:
+            raise ValueError(f"z: must have shape (..., {self.size}), got {z.shape}")
+        return z
 
     def _velocities(self, _, z):
         momenta = z[..., self.dof :]
@@ -158,7 +172,7 @@ class StructuralSystem(LinearSystem):
 
     def strain_energy(self, z):
         """``q^T K q / 2`` of states, (..., 2 n) -> (...), in pairs of doubles."""
-        return _core.quadratic(self.stiffness, np.asarray(z, float)[..., : self.dof])
+        return _core.quadratic(self.stiffness, self._states(z)[..., : self.dof])
 
     def energy(self, z):
         """Kinetic and strain energy of states, (..., 2 n) -> (...), in pairs of doubles."""
@@ -206,17 +220,26 @@ class StructuralSystem(LinearSystem):
         Returns
         -------
         ndarray (k, n) or (k, n, r), complex
-            Infinite entries raise LinAlgError: an undamped structure at resonance.
+
+        Raises
+        ------
+        ValueError
+            A force or an output the structure does not have; frequencies that are not finite.
+        LinAlgError
+            An undamped structure at resonance; the frequency is named.
         """
         w = np.atleast_1d(finite("frequencies", frequencies))
         force = np.eye(self.dof) if force is None else finite("force", force)
         if force.ndim not in (1, 2) or len(force) != self.dof:
             raise ValueError(f"force: must have shape ({self.dof},) or ({self.dof}, r)")
-        rate = self.damping + self.gyroscopic
-        found = np.array(
-            [
-                np.linalg.solve(self.stiffness - s * s * self.mass + 1j * s * rate, force + 0j)
-                for s in w
-            ]
-        )
-        return found if outputs is None else found[:, list(outputs)]
+        outputs = slice(None) if outputs is None else degrees("outputs", outputs, self.dof)
+        rate, found = self.damping + self.gyroscopic, []
+        for s in w:
+            dynamic = self.stiffness - s * s * self.mass + 1j * s * rate
+            try:
+                found.append(np.linalg.solve(dynamic, force + 0j)[outputs])
+            except np.linalg.LinAlgError:
+                raise np.linalg.LinAlgError(
+                    f"frequencies: {s:g} rad/s is a resonance of the undamped structure"
+                ) from None
+        return np.array(found)

@@ -98,7 +98,13 @@ def _submitted(build, parameters, executor):
 
 def _case(build, parameter):
     try:
-        system, z0, t_span, step, *options = build(parameter)
-        return integrate(system, z0, t_span, step, **{"throw": False, **dict(*options)})
+        case = build(parameter)
+        if not isinstance(case, tuple | list) or len(case) not in (4, 5):
+            raise TypeError(
+                "build: must return (system, z0, t_span, step) or these and a dict of options, "
+                f"got {case!r}"
+            )
+        options = {"throw": False, **dict(*case[4:])}
+        return integrate(*case[:4], **options)
     except Exception as error:
         return FailedCase(parameter, error)

@@ -264,7 +264,7 @@ class GroundMotion(Load):
                 "record: must be a load such as spim.loads.Sampled(values, step), got "
                 f"{type(record).__name__}"
             )
-        if record.size != 1:
+        if record.size not in (None, 1):
             raise ValueError(f"record: must have one component, has {record.size}")
         super().__init__((), [(_Inertial(record, direction, -1.0), 1.0)])
 
@@ -392,7 +392,10 @@ class _Interpolated:
         return found if self.direction is None else found * self.direction
 
     def _value(self, t):
-        value = np.atleast_1d(np.asarray(self.f(t), float))
+        value = np.atleast_1d(np.asarray(self.f(t)))
+        if value.dtype.kind not in "biuf":
+            raise TypeError(f"load: the function gives dtype {value.dtype}, not real numbers")
+        value = value.astype(float)
         if value.ndim != 1 or self._size not in (None, value.size):
             raise ValueError(f"load: the function gives shape {value.shape}, not ({self._size},)")
         if not np.isfinite(value).all():

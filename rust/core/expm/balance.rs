@@ -4,7 +4,7 @@
 //! coordinates their norm is near their spectral radius, so fewer doublings do and no entry is lost
 //! beside a larger one.
 
-use crate::linalg::dense::{exponent_above, power_of_two};
+use crate::linalg::dense::{self, exponent_above, power_of_two};
 use crate::linalg::kernel::{Body, Eight, Lanes, Layout, Sides, dispatch, doubles, doubles_mut};
 
 /// Rows and columns that differ by less than this factor are left alone: balancing would gain no
@@ -51,6 +51,20 @@ pub fn balance(layout: Layout, a: &mut [Eight]) -> Option<Vec<i32>> {
         }
     }
     exponents.iter().any(|&d| d != 0).then_some(exponents)
+}
+
+/// 1-norm of `tau A` in balanced coordinates, or as given where that is less; `a` row by row.
+pub fn balanced_norm(rows: usize, a: &[f64], tau: f64) -> f64 {
+    let layout = Layout::new(rows);
+    let scaled: Vec<f64> = a.iter().map(|a| tau * a).collect();
+    let Ok(mut packed) = dense::zeros(layout.packs(rows)) else {
+        return f64::INFINITY;
+    };
+    dense::pack(layout, &scaled, &mut packed);
+    dense::transpose(layout, &mut packed);
+    let given = dense::norms(layout, &packed)[0];
+    balance(layout, &mut packed);
+    given.min(dense::norms(layout, &packed)[0])
 }
 
 /// Turns `X' = S^-1 X S` back into `X`.

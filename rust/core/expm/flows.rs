@@ -9,8 +9,8 @@ use super::arithmetic::{Arithmetic, Pairs, SLOTS, Slot};
 use super::{Exponential, Recipe, exponential};
 use crate::error::Result;
 use crate::linalg::dense::{self, Watch, exponent_above};
-use crate::linalg::kernel::{Depth, Eight, Layout};
-use crate::linalg::pair::add_transpose;
+use crate::linalg::kernel::{Depth, Eight, Layout, doubles};
+use crate::linalg::pair::{Pair, PairEngine, PairMut, add_transpose};
 use crate::linalg::twofold;
 
 /// `A` times the short interval, then `T`.
@@ -27,23 +27,101 @@ pub const MOST_FORMS: usize = SLOTS - FIRST;
 const SHORT: i32 = -2;
 const TERMS: usize = 18;
 
-/// For each symmetric form of `forms`, its integral over `tau` (signed) along `z' = A z`; all
-/// matrices row by row, results rounded once.
+/// Energy flows of states over one step: forms, kept in pairs.
 ///
-/// # Errors
-/// Those of [`exponential`].
-pub fn flows(
-    rows: usize,
+/// On a stiff beam the entries of a form exceed what a smooth state makes of them by ten orders.
+pub struct Flows {
+    layout: Layout,
+    /// Leading parts and remainders, one form after the other.
+    forms: [Vec<Eight>; 2],
+}
+
+impl Flows {
+    /// For each symmetric form of `forms`, its integral over `tau` (signed) along `z' = A z`; all
+    /// matrices row by row.
+    ///
+    /// # Errors
+    /// Those of [`exponential`].
+    pub fn new(
+        rows: usize,
+        a: &[f64],
+        tau: f64,
+        forms: &[f64],
+        watch: &mut Watch,
+    ) -> Result<Flows> {
+        let layout = Layout::new(rows);
+        let forms = integrals(layout, a, tau, forms, watch)?;
+        Ok(Flows { layout, forms })
+    }
+
+    /// Numbers in a state.
+    pub fn rows(&self) -> usize {
+        self.layout.rows
+    }
+
+    /// Number of forms.
+    pub fn count(&self) -> usize {
+        self.forms[0].len() / self.layout.packs(self.layout.rows)
+    }
+
+    /// What each form makes of each state, form by form in `totals`; summed in pairs, rounded once.
+    ///
+    /// # Errors
+    /// [`Error::Overflow`](crate::Error::Overflow); what `watch` reports.
+    pub fn totals(&self, states: &[f64], totals: &mut [f64], watch: &mut Watch) -> Result<()> {
+        let Flows { layout, forms: [hi, lo] } = self;
+        let (rows, ld) = (layout.rows, layout.doubles());
+        let count = states.len() / rows;
+        let square = layout.packs(rows);
+        // Columns at a time: the engine slices no more than a square.
+        let packs = layout.packs(rows.min(count));
+        let room = 4 * packs + PairEngine::pieces(Depth::Two) * square;
+        let mut memory = dense::work_space(room, watch)?;
+        let (work, slices) = memory.split_at_mut(4 * packs);
+        let mut engine = PairEngine::new(*layout, Depth::Two, slices);
+        for (block, states) in states.chunks(rows * rows).enumerate() {
+            let columns = states.len() / rows;
+            let [x, zero, y_hi, y_lo, ..] = dense::pieces::<4>(work, packs)
+                .map(|piece| piece.split_at_mut(layout.packs(columns)).0);
+            dense::pack(*layout, states, x);
+            for (form, (hi, lo)) in hi.chunks_exact(square).zip(lo.chunks_exact(square)).enumerate()
+            {
+                let [left, right] = [Pair { hi, lo }, Pair { hi: x, lo: zero }];
+                let mut out = PairMut { hi: y_hi, lo: y_lo };
+                engine.multiply(left, right, None, &mut out, watch)?;
+                let out = (doubles(y_hi).chunks_exact(ld)).zip(doubles(y_lo).chunks_exact(ld));
+                let totals = &mut totals[form * count + block * rows..][..columns];
+                for ((total, state), (hi, lo)) in
+                    totals.iter_mut().zip(states.chunks_exact(rows)).zip(out)
+                {
+                    let terms = state.iter().zip(hi.iter().zip(lo));
+                    *total = terms.fold([0.0; 2], |sum, (x, (hi, lo))| {
+                        twofold::sum(sum, twofold::times([*hi, *lo], *x))
+                    })[0];
+                }
+                if !dense::is_finite(totals) {
+                    return Err(super::overflow());
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Leading parts and remainders of the integrals.
+fn integrals(
+    layout: Layout,
     a: &[f64],
     tau: f64,
     forms: &[f64],
-    outs: &mut [f64],
     watch: &mut Watch,
-) -> Result<()> {
-    let layout = Layout::new(rows);
+) -> Result<[Vec<Eight>; 2]> {
+    let rows = layout.rows;
     let (packs, size) = (layout.packs(rows), rows * rows);
     let count = forms.len() / size;
     let slots = FIRST + count;
+    let mut hi = dense::work_space(count * packs, watch)?;
+    let mut lo = dense::work_space(count * packs, watch)?;
     let mut memory = dense::work_space(packs * Pairs::matrices(slots, Depth::Two), watch)?;
     let mut norm = vec![0.0; rows];
     for row in a.chunks_exact(rows) {
@@ -85,12 +163,16 @@ pub fn flows(
         }
         x.square(T, Some(2.0), SPARE)?;
     }
-    for (at, out) in outs.chunks_exact_mut(size).enumerate() {
-        if !dense::unpack(layout, x.matrix(FIRST + at).hi, out) {
+    let found = hi.chunks_exact_mut(packs).zip(lo.chunks_exact_mut(packs));
+    for (at, (hi, lo)) in found.enumerate() {
+        let form = x.matrix(FIRST + at);
+        hi.copy_from_slice(form.hi);
+        lo.copy_from_slice(form.lo);
+        if !dense::is_finite(doubles(hi)) {
             return Err(super::overflow());
         }
     }
-    Ok(())
+    Ok([hi, lo])
 }
 
 /// `short` times the sum of `L^j(Q)/(j+1)!`, `L(X) = X A + (X A)^T`, of the form in its slot.

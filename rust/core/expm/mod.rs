@@ -17,10 +17,11 @@ mod sid;
 mod small;
 mod two_term;
 
+pub use balance::balanced_norm;
 pub use blocks::{Blocks, Walk};
 pub use doubling::Form;
 pub use driven::Driven;
-pub use flows::{MOST_FORMS, flows};
+pub use flows::{Flows, MOST_FORMS};
 pub use half::is_separable;
 pub use phi::HIGHEST as HIGHEST_PHI;
 pub use ports::Ports;

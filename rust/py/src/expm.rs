@@ -3,7 +3,7 @@
 use numpy::PyUntypedArrayMethods;
 use pyo3::exceptions::{PyMemoryError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use spim::expm::{Recipe, Scheme, exponentials};
+use spim::expm::{Recipe, Scheme, balanced_norm, exponentials};
 use spim::linalg::dense::is_finite;
 use spim::method::nearest;
 
@@ -270,8 +270,8 @@ fn run(
     warn_of_size(py, rows, recipe, norm, 1.0, a)
 }
 
-/// Warns where a 1-norm of `tau A` leaves no digits, for matrices of a stack, row by row; `about` is
-/// that of the transposed ones, infinite if it is not known.
+/// Warns where a 1-norm of `tau A`, in balanced units, leaves no digits, for matrices of a stack, row
+/// by row; `about` is that of the transposed ones as given, infinite if it is not known.
 pub fn warn_of_size(
     py: Python<'_>,
     rows: usize,
@@ -284,19 +284,21 @@ pub fn warn_of_size(
     if about <= recipe.precision_limit() / rows as f64 {
         return Ok(());
     }
+    let limit = recipe.precision_limit();
     let mut largest = 0.0_f64;
     for a in stack.chunks_exact(rows * rows) {
-        for j in 0..rows {
-            largest = largest.max((0..rows).map(|i| (tau * a[i * rows + j]).abs()).sum());
+        let columns = (0..rows).map(|j| (0..rows).map(|i| (tau * a[i * rows + j]).abs()).sum());
+        if columns.fold(0.0, f64::max) > limit {
+            largest = largest.max(balanced_norm(rows, a, tau));
         }
     }
-    if largest <= recipe.precision_limit() {
+    if largest <= limit {
         return Ok(());
     }
     let text = std::ffi::CString::new(format!(
         "the 1-norm is {largest:.1e}: no digit of the exponential can be relied on above {:.0e}; \
          shorten the step or change units",
-        recipe.precision_limit()
+        limit
     ))
     .expect("no nul in the text");
     PyErr::warn(py, &py.get_type::<PrecisionWarning>(), &text, 1)

@@ -3,6 +3,7 @@
 mod convert;
 mod error;
 mod expm;
+mod flows;
 mod integrate;
 mod load;
 mod matrices;
@@ -24,9 +25,11 @@ mod _core {
     #[pymodule_export]
     use super::expm::expm;
     #[pymodule_export]
+    use super::flows::Flows;
+    #[pymodule_export]
     use super::integrate::{Linear, grid, integrate, methods};
     #[pymodule_export]
-    use super::matrices::{apply, energy_coordinates, flows, quadratic, solve};
+    use super::matrices::{apply, energy_coordinates, quadratic, solve};
     #[pymodule_export]
     use super::phi::phi;
     #[pymodule_export]

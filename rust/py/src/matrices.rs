@@ -3,7 +3,6 @@
 use numpy::PyUntypedArrayMethods;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use spim::expm::MOST_FORMS;
 use spim::linalg::{cholesky, twofold};
 use spim::system::EnergyCoordinates;
 
@@ -79,30 +78,6 @@ pub fn quadratic<'py>(S: &Bound<'py, PyAny>, x: &Bound<'py, PyAny>) -> PyResult<
         })
     })?
     .map_err(to_python)?;
-    Ok(out.into_any())
-}
-
-/// Integrals of `exp(A s)^T Q exp(A s)` over `0 < s < tau` for forms Q: A (m, m), forms (f, m, m)
-/// symmetric -> (f, m, m).
-#[pyfunction]
-#[allow(non_snake_case)]
-pub fn flows<'py>(
-    A: &Bound<'py, PyAny>,
-    tau: f64,
-    forms: &Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let py = A.py();
-    let (a, forms) = (real("A", A)?, real("forms", forms)?);
-    let m = a.shape().first().copied().unwrap_or(0);
-    let count = forms.shape().first().copied().unwrap_or(0);
-    if m == 0 || a.shape() != [m, m] || forms.shape() != [count, m, m] || count > MOST_FORMS {
-        return Err(PyValueError::new_err("flows: sizes do not match"));
-    }
-    let out = convert::empty(py, forms.shape())?;
-    let (a, forms) = (convert::copied("A", &a)?, convert::copied("forms", &forms)?);
-    let target = slice_mut(&out);
-    py.detach(|| guarded(|| spim::expm::flows(m, &a, tau, &forms, target, &mut watch::signals())))?
-        .map_err(to_python)?;
     Ok(out.into_any())
 }
 
