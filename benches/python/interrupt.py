@@ -86,7 +86,8 @@ def rows():
     for name, (setup, work) in WORK.items():
         found = [latency(setup, work, moment) for moment in MOMENTS]
         found = [1e3 * x for x in found if x is not None]
-        yield [name, f"{np.median(found):.0f}", f"{max(found):.0f}", f"{len(found)}/{len(MOMENTS)}"]
+        middle, most = (np.median(found), max(found)) if found else (np.nan, np.nan)
+        yield [name, f"{middle:.0f}", f"{most:.0f}", f"{len(found)}/{len(MOMENTS)}"]
 
 
 def main():
