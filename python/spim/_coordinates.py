@@ -32,6 +32,28 @@ class Raw:
         return matrix
 
 
+class WithBooks:
+    """A system that steps more than its state: accounts of work and dissipation, zero at first."""
+
+    matrices = None
+
+    def __init__(self, system):
+        self.core, self._size, self._stepped = system._core, system.size, system._core.size
+
+    def into(self, z):
+        """A state, with the accounts where they are not there yet."""
+        _check_length(z, self._size, self._stepped)
+        return np.concatenate([z, np.zeros(self._stepped - len(z))])
+
+    def back(self, z):
+        """All that is stepped, (..., m)."""
+        return z
+
+    def outputs(self, matrix):
+        """A map of states as one of what the core steps."""
+        return np.hstack([matrix, np.zeros((len(matrix), self._stepped - self._size))])
+
+
 class _Halved:
     """Coordinates and momenta changed apart: ``q = back_q y1``, ``p = back_p y2``."""
 
@@ -72,6 +94,7 @@ class Energy(_Halved):
         self._set(system, A, inverse, (compliance, L))
 
     def into(self, z):
+        _check_length(z, 2 * self._n)
         q, p = z[: self._n], z[self._n :]
         return np.concatenate([_core.apply(*self._strain, q), _core.apply(*self._momentum, p)])
 
@@ -101,7 +124,13 @@ class Modal(_Halved):
         self._set(system, A, shapes.T, (shapes, momenta))
 
     def into(self, z):
+        _check_length(z, 2 * self._n)
         return np.concatenate([self._forth[0] @ z[: self._n], self._forth[1] @ z[self._n :]])
+
+
+def _check_length(z, *sizes):
+    if z.ndim != 1 or len(z) not in sizes:
+        raise ValueError(f"z0: must have shape ({sizes[0]},), got {z.shape}")
 
 
 def _demand_plain(system, what):
@@ -113,6 +142,8 @@ def _demand_plain(system, what):
 
 def coordinates_of(system, method, options):
     """The coordinates a run is stepped in; made once a system."""
+    if not hasattr(system, "A"):
+        return WithBooks(system)
     if method == "modal" and hasattr(system, "mass"):
         return _made(Modal, system)
     if options.get("coordinates") == "energy":

@@ -6,8 +6,7 @@ import numpy as np
 
 from spim._arrays import degrees, finite
 from spim._progress import reporter
-from spim._solution import Solution
-from spim._systems import LinearSystem
+from spim._systems import System
 from spim._walk import walk
 
 
@@ -88,7 +87,7 @@ def integrate(
     PrecisionWarning
         Linear methods, as `expm`.
     """
-    if not isinstance(system, LinearSystem):
+    if not isinstance(system, System):
         raise TypeError(
             f"system: must be a spim system such as spim.LinearSystem, got {type(system).__name__}"
         )
@@ -111,7 +110,7 @@ def integrate(
             stacklevel=2,
         )
     _warn_beyond(system, t0, t1)
-    solution = Solution(system, run, options, shown=kept is not None)
+    solution = system._solution(run, options, kept is not None)
     if times is not None:
         solution._restrict(times)
         if shown is not None:

@@ -19,8 +19,6 @@ class Solution:
         What was integrated.
     t : ndarray (k,)
         Times of the stored states.
-    z : ndarray (k, m)
-        States, time first. Not there where outputs were asked for.
     outputs : ndarray (k, r)
         What was asked for with ``outputs=``.
     last : ndarray (m,)
@@ -49,9 +47,9 @@ class Solution:
         if shown:
             self.outputs = run["z"]
         else:
-            self.z = run["z"]
+            self._rows = run["z"]
             if len(self.t):
-                self._start = float(self.t[0]), self.z[0].copy()
+                self._start = float(self.t[0]), self._rows[0].copy()
         self._every_step = len(self.t) == run["work"]["steps"] + 1
         self.step = run["h"]
         self.method = f"{run['method']} ({run['choice']})" if run["choice"] else run["method"]
@@ -74,7 +72,17 @@ class Solution:
 
     def _show(self, matrix):
         """Keeps outputs in place of states."""
-        self.outputs = self.__dict__.pop("z") @ matrix.T
+        self.outputs = self.z @ matrix.T
+        del self._rows
+
+    @property
+    def z(self):
+        """States, time first, (k, m)."""
+        return self._shown(self._rows)
+
+    def _shown(self, rows):
+        """States of what is stepped, (..., m): the same, but for systems that step more."""
+        return rows
 
     @property
     def y(self):
@@ -176,21 +184,27 @@ class Solution:
         if outside.any():
             at = flat[int(np.argmax(outside))]
             raise ValueError(f"t: {at} is outside the run, from {first} to {last}")
-        states = np.empty((self.z.shape[1], flat.size))
+        states = self._shown(self._states(flat)).T
+        return states[:, 0] if times.ndim == 0 else states
+
+    def _states(self, flat):
+        """What is stepped, at times within the run: (j, m)."""
+        backward = self.step < 0
+        states = np.empty((flat.size, self._rows.shape[1]))
         ascending = -self.t if backward else self.t
         # Within rounding of a stored time it is that time.
         slack = 4.0 * np.spacing(np.abs(flat))
         rows = np.searchsorted(ascending, (-flat if backward else flat) + slack, side="right") - 1
-        for column, (row, time) in enumerate(zip(rows, flat, strict=True)):
-            states[:, column] = self._state(row, float(time))
-        return states[:, 0] if times.ndim == 0 else states
+        for at, (row, time) in enumerate(zip(rows, flat, strict=True)):
+            states[at] = self._state(row, float(time))
+        return states
 
     def _state(self, row, t):
         if abs(t - self.t[row]) <= 4.0 * np.spacing(abs(t)):
-            return self.z[row]
+            return self._rows[row]
         run = walk(
             self.system,
-            self.z[row],
+            self._rows[row],
             float(self.t[row]),
             t,
             # One step of its own where it is shorter than those of the run.
@@ -206,7 +220,7 @@ class Solution:
     def _restrict(self, times):
         """Keeps the states at some times alone, as far as the run has come."""
         reached = times[(times <= self.t[-1]) if self.step >= 0.0 else (times >= self.t[-1])]
-        self.z = np.ascontiguousarray(self(reached).T) if reached.size else self.z[:0]
+        self._rows = self._states(reached)
         self.t, self._every_step = reached, False
 
     def _half(self):

@@ -5,10 +5,26 @@ import copy
 import numpy as np
 
 from spim import _core
+from spim._solution import Solution
 from spim.loads import Load
 
 
-class LinearSystem:
+class System:
+    """Base of all systems that `integrate` takes."""
+
+    load = None
+
+    @property
+    def size(self):
+        """Length m of the state."""
+        raise NotImplementedError
+
+    def _solution(self, run, options, shown):
+        """What a run gives back."""
+        return Solution(self, run, options, shown)
+
+
+class LinearSystem(System):
     """A linear system with constant coefficients, ``z' = A z + f(t)``.
 
     Parameters

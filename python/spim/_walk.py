@@ -23,7 +23,7 @@ def walk(system, z0, t0, t1, step, method, every, options, report=None, outputs=
                 kind = ActingByInverse
             acting = kind(chosen.A, chosen.input, system._bound_load, t0, h, steps)
     if not isinstance(chosen, Raw):
-        z0 = chosen.into(finite("z0", z0, (system.size,)))
+        z0 = chosen.into(finite("z0", z0))
     run = _core.integrate(
         chosen.core,
         chosen.matrices,

@@ -10,6 +10,7 @@ pub mod error;
 pub mod expm;
 pub mod linalg;
 pub mod method;
+pub mod model;
 pub mod observe;
 pub mod propagate;
 pub mod system;

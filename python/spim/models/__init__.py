@@ -1,5 +1,16 @@
 """Ready-made models, one a file."""
 
 from spim.models.oscillators import Oscillators
+from spim.models.rotating_beam import RotatingBeam
+from spim.models.rotation import RotationTable, SpinUp, Trapezoid
+from spim.models.sections import DistributedSection, TaperedSection
 
-__all__ = ["Oscillators"]
+__all__ = [
+    "DistributedSection",
+    "Oscillators",
+    "RotatingBeam",
+    "RotationTable",
+    "SpinUp",
+    "TaperedSection",
+    "Trapezoid",
+]

@@ -12,6 +12,7 @@ pub use structural::{EnergyCoordinates, Structural};
 
 use crate::error::Result;
 use crate::linalg::kernel::{Eight, doubles, doubles_mut};
+use crate::model::beam::Beam;
 
 /// A system `z' = f(t, z)`.
 ///
@@ -78,6 +79,8 @@ pub enum Problem {
     Structural(Arc<Structural>),
     /// `z' = A z + f(t)`.
     Linear(Arc<Linear>),
+    /// A beam on a rotating hub.
+    Beam(Arc<Beam>),
     /// A system with an energy.
     Hamiltonian(Arc<dyn Hamiltonian>),
     /// Any system.
@@ -90,6 +93,7 @@ impl Problem {
         match self {
             Problem::Structural(system) => system.linear.clone(),
             Problem::Linear(system) => system.clone(),
+            Problem::Beam(system) => system.clone(),
             Problem::Hamiltonian(system) => system.clone(),
             Problem::Flow(system) => system.clone(),
         }
@@ -109,6 +113,7 @@ impl Problem {
         match self {
             Problem::Structural(_) => "a linear structure",
             Problem::Linear(_) => "a linear system",
+            Problem::Beam(_) => "a rotating beam",
             Problem::Hamiltonian(_) => "a Hamiltonian system",
             Problem::Flow(_) => "a general system z' = f(t, z)",
         }

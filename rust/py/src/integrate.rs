@@ -7,11 +7,12 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use spim::expm::{Recipe, Scheme};
-use spim::method::{self, METHODS, Options, State, Value};
+use spim::method::{self, METHODS, MethodInfo, Options, State, Value};
 use spim::observe::{Outputs, Poll, Recorder};
 use spim::propagate::{Clock, End, propagate};
 use spim::system::{self, Flow, Generator, Hamiltonian, Problem};
 
+use crate::beam::RotatingBeam;
 use crate::convert::{self, real, slice, slice_mut};
 use crate::error::{from_python, guarded, to_python};
 use crate::expm::{shown, warn_of_size};
@@ -110,7 +111,7 @@ type Matrices<'py> = [Bound<'py, PyAny>; 4];
 #[pyo3(signature = (system, matrices, load, z0, t0, t1, step, method, every, outputs, options, progress))]
 #[allow(clippy::too_many_arguments)]
 pub fn integrate<'py>(
-    system: &Bound<'py, Linear>,
+    system: &Bound<'py, PyAny>,
     matrices: Option<Matrices<'py>>,
     load: Option<&Bound<'py, PyAny>>,
     z0: &Bound<'py, PyAny>,
@@ -124,31 +125,9 @@ pub fn integrate<'py>(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let py = system.py();
-    let mut linear = system.get().system.clone();
     let info = method::find(method).map_err(to_python)?;
-    if let Some(load) = load {
-        // Impulses are of exponential steps alone.
-        let (load, generator) = match info.needs {
-            needs if needs.is_exponential() => Acting::of_steps(load)?,
-            _ => (Acting::of_values(load), Generator::default()),
-        };
-        linear = Arc::new(linear.with_load(Arc::new(load), generator).map_err(to_python)?);
-    }
-    let m = linear.len();
-    let problem = match matrices {
-        Some(given) => {
-            let copied = |i: usize| convert::copied("matrix", &real("matrix", &given[i])?);
-            let structure = system::Structural {
-                linear: linear.clone(),
-                mass: copied(0)?,
-                damping: copied(1)?,
-                gyroscopic: copied(2)?,
-                stiffness: copied(3)?,
-            };
-            Problem::Structural(Arc::new(structure.check().map_err(to_python)?))
-        }
-        None => Problem::Linear(linear.clone()),
-    };
+    let problem = problem_of(system, matrices, load, info)?;
+    let m = problem.flow().len();
     let z0 = real("z0", z0)?;
     if z0.shape() != [m] {
         return Err(PyValueError::new_err(format!(
@@ -161,7 +140,7 @@ pub fn integrate<'py>(
     let (clock, uneven) = Clock::new(t0, t1, step).map_err(to_python)?;
     let options = options_of(options)?;
     options.check(info).map_err(to_python)?;
-    if info.needs.is_exponential() {
+    if let (true, Some(linear)) = (info.needs.is_exponential(), problem.linear()) {
         let recipe = match info.name {
             "auto" => Recipe::for_steps(m, linear.matrix()),
             _ => Recipe { scheme: Scheme::Spim([2, 2]), doublings: None },
@@ -232,6 +211,39 @@ pub fn integrate<'py>(
     result.set_item("error", error.map(|error| error.into_value(py)))?;
     result.set_item("stopped", stopped)?;
     Ok(result)
+}
+
+/// The system as methods see it, under its load.
+fn problem_of(
+    system: &Bound<'_, PyAny>,
+    matrices: Option<Matrices<'_>>,
+    load: Option<&Bound<'_, PyAny>>,
+    info: &MethodInfo,
+) -> PyResult<Problem> {
+    if let Ok(beam) = system.cast::<RotatingBeam>() {
+        return Ok(Problem::Beam(beam.get().beam.clone()));
+    }
+    let mut linear = system.cast::<Linear>()?.get().system.clone();
+    if let Some(load) = load {
+        // Impulses are of exponential steps alone.
+        let (load, generator) = match info.needs {
+            needs if needs.is_exponential() => Acting::of_steps(load)?,
+            _ => (Acting::of_values(load), Generator::default()),
+        };
+        linear = Arc::new(linear.with_load(Arc::new(load), generator).map_err(to_python)?);
+    }
+    let Some(given) = matrices else {
+        return Ok(Problem::Linear(linear));
+    };
+    let copied = |i: usize| convert::copied("matrix", &real("matrix", &given[i])?);
+    let structure = system::Structural {
+        linear,
+        mass: copied(0)?,
+        damping: copied(1)?,
+        gyroscopic: copied(2)?,
+        stiffness: copied(3)?,
+    };
+    Ok(Problem::Structural(Arc::new(structure.check().map_err(to_python)?)))
 }
 
 /// The grid of a run: signed step, number of steps, and whether the span was no multiple of the step.

@@ -1,5 +1,6 @@
 //! The Python module `spim._core`: arguments in, arrays out, nothing computed here.
 
+mod beam;
 mod convert;
 mod error;
 mod expm;
@@ -17,6 +18,8 @@ use pyo3::prelude::*;
 /// The compiled core of spim.
 #[pymodule]
 mod _core {
+    #[pymodule_export]
+    use super::beam::RotatingBeam;
     #[pymodule_export]
     use super::error::{
         InternalError, ModelError, PrecisionWarning, SingularMatrixError, SpimError,

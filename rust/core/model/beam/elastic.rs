@@ -1,0 +1,297 @@
+//! Elastic forces of the beam, element by element.
+//!
+//! An element bends by its end slopes relative to its chord, `a = theta1 - c`, `b = theta2 - c`, `c =
+//! (v2 - v1)/l`. Sums of assembled stiffnesses would lose what neighbours have in common: on 500
+//! elements their rounding is seen in the eighth digit.
+
+use super::Coupling;
+use super::arrays::{Blocks, Fields, PAD, Tridiagonal, at, field_len};
+use crate::linalg::kernel::{Body, Lanes, Pack, dispatch};
+
+/// Gauss points of an element.
+pub const POINTS: usize = 6;
+
+/// Stiffnesses of the elements.
+#[derive(Clone, Debug)]
+pub struct Elastic {
+    /// Length of an element.
+    length: f64,
+    /// `EA/l`, by the node at the right end.
+    axial: Vec<f64>,
+    /// Bending moments at the ends per slope: `aa`, `ab`, `bb`.
+    bending: [Vec<f64>; 3],
+    /// `EI` at the Gauss points, `[point][node]`, where bending is not linear.
+    curved: Option<[Vec<f64>; POINTS]>,
+    /// Gauss points in (0, 1) and their weights.
+    rule: [[f64; POINTS]; 2],
+}
+
+/// Slopes and curvatures, times l, of unit a and unit b at a point.
+#[inline(always)]
+fn shapes(x: f64) -> [[f64; 2]; 2] {
+    let slopes = [1.0 - 4.0 * x + 3.0 * x * x, 3.0 * x * x - 2.0 * x];
+    [slopes, [6.0 * x - 4.0, 6.0 * x - 2.0]]
+}
+
+/// `integral of v'^2` over an element of length 1: `c^2 + (2 (a^2 + b^2)/15 - a b/15)`.
+const SAME: f64 = 2.0 / 15.0;
+const OTHER: f64 = -1.0 / 30.0;
+
+impl Elastic {
+    /// `axial`: mean `EA` of each element; `bending`: `EI` at its Gauss points.
+    pub fn new(
+        length: f64,
+        coupling: Coupling,
+        axial: &[f64],
+        bending: &[[f64; POINTS]],
+        rule: [[f64; POINTS]; 2],
+    ) -> Elastic {
+        let nodes = axial.len();
+        let field = || vec![0.0; field_len(nodes)];
+        let mut made = Elastic {
+            length,
+            axial: field(),
+            bending: [field(), field(), field()],
+            curved: (coupling == Coupling::Third).then(|| std::array::from_fn(|_| field())),
+            rule,
+        };
+        for (e, (stretching, EI)) in axial.iter().zip(bending).enumerate() {
+            let i = PAD + e;
+            made.axial[i] = stretching / length;
+            for (point, EI) in EI.iter().enumerate() {
+                let [_, [a, b]] = shapes(rule[0][point]);
+                let weight = rule[1][point] * EI / length;
+                made.bending[0][i] += weight * a * a;
+                made.bending[1][i] += weight * a * b;
+                made.bending[2][i] += weight * b * b;
+                if let Some(curved) = &mut made.curved {
+                    curved[point][i] = *EI;
+                }
+            }
+        }
+        made
+    }
+
+    /// Length of an element.
+    pub fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// Whether forces are linear in displacements.
+    pub fn is_linear(&self) -> bool {
+        self.curved.is_none()
+    }
+
+    /// `out <- out - k dV/dq`.
+    pub fn subtract_forces(&self, k: f64, q: &Fields, ends: &mut Ends, out: &mut Fields) {
+        dispatch(Forces { elastic: self, curved: self.curved.as_ref(), k, q, ends, out });
+    }
+
+    /// `out <- out - k K x`, K the stiffness at rest.
+    pub fn subtract_linear(&self, k: f64, x: &Fields, ends: &mut Ends, out: &mut Fields) {
+        dispatch(Forces { elastic: self, curved: None, k, q: x, ends, out });
+    }
+
+    /// The elastic energy.
+    pub fn energy(&self, q: &Fields) -> f64 {
+        let mut total = 0.0;
+        for i in PAD..PAD + (self.axial.len() - 2 * PAD) {
+            if self.axial[i] == 0.0 {
+                break;
+            }
+            let l = self.length;
+            let [chord, a, b] = bent(l, q, i);
+            let stretch = q.u[i] - q.u[i - 1];
+            let [aa, ab, bb] = self.bending.each_ref().map(|x| x[i]);
+            total += match &self.curved {
+                None => {
+                    0.5 * self.axial[i] * stretch * stretch
+                        + 0.5 * (aa * a * a + 2.0 * ab * a * b + bb * b * b)
+                }
+                Some(curved) => {
+                    let square = chord * chord + SAME * (a * a + b * b) + 2.0 * OTHER * a * b;
+                    let stretch = stretch + 0.5 * l * square;
+                    let mut bending = 0.0;
+                    for point in 0..POINTS {
+                        let [slope, curvature] = shapes(self.rule[0][point]);
+                        let s = chord + a * slope[0] + b * slope[1];
+                        let k = a * curvature[0] + b * curvature[1];
+                        bending += self.rule[1][point] * curved[point][i] * k * k * (1.0 + s * s);
+                    }
+                    0.5 * self.axial[i] * stretch * stretch + 0.5 * bending / l
+                }
+            };
+        }
+        total
+    }
+
+    /// `axial + k K` and `bending + k K`, `K` the second derivative of the energy at `q`; `cross`
+    /// receives `k` times that between `u` and `(v, theta)`, as matrices of elements, where it is
+    /// wanted.
+    pub fn add_tangent(
+        &self,
+        k: f64,
+        q: Option<&Fields>,
+        axial: &mut Tridiagonal,
+        bending: &mut Blocks,
+        mut cross: Option<&mut Vec<[[f64; 4]; 2]>>,
+    ) {
+        let l = self.length;
+        let elements = self.axial[PAD..].iter().take_while(|x| **x != 0.0).count();
+        for e in 0..elements {
+            let i = PAD + e;
+            let EA = k * self.axial[i];
+            axial.own[i] += EA;
+            if e > 0 {
+                axial.own[i - 1] += EA;
+                axial.next[i - 1] -= EA;
+            }
+            // In chord, a, b.
+            let [aa, ab, bb] = self.bending.each_ref().map(|x| x[i]);
+            let mut natural = [[0.0, 0.0, 0.0], [0.0, aa, ab], [0.0, ab, bb]];
+            let mut slope_force = [0.0; 3];
+            if let (Some(curved), Some(q)) = (&self.curved, q) {
+                let [chord, a, b] = bent(l, q, i);
+                let square = chord * chord + SAME * (a * a + b * b) + 2.0 * OTHER * a * b;
+                let tension = self.axial[i] * (q.u[i] - q.u[i - 1] + 0.5 * l * square);
+                // Derivatives of l/2 times the mean square slope.
+                slope_force = [l * chord, l * (SAME * a + OTHER * b), l * (SAME * b + OTHER * a)];
+                natural = [[0.0; 3]; 3];
+                let mean = [[1.0, 0.0, 0.0], [0.0, SAME, OTHER], [0.0, OTHER, SAME]];
+                for r in 0..3 {
+                    for c in 0..3 {
+                        natural[r][c] += self.axial[i] * slope_force[r] * slope_force[c]
+                            + tension * l * mean[r][c];
+                    }
+                }
+                for point in 0..POINTS {
+                    let [slope, curvature] = shapes(self.rule[0][point]);
+                    let (s, w) = ([1.0, slope[0], slope[1]], [0.0, curvature[0], curvature[1]]);
+                    let bend = a * w[1] + b * w[2];
+                    let tilt = chord + a * s[1] + b * s[2];
+                    let weight = self.rule[1][point] * curved[point][i] / l;
+                    for r in 0..3 {
+                        for c in 0..3 {
+                            natural[r][c] += weight
+                                * ((1.0 + tilt * tilt) * w[r] * w[c]
+                                    + 2.0 * bend * tilt * (w[r] * s[c] + s[r] * w[c])
+                                    + bend * bend * s[r] * s[c]);
+                        }
+                    }
+                }
+            }
+            // From (v1, theta1, v2, theta2) to chord, a, b.
+            let map = [
+                [-1.0 / l, 0.0, 1.0 / l, 0.0],
+                [1.0 / l, 1.0, -1.0 / l, 0.0],
+                [1.0 / l, 0.0, -1.0 / l, 1.0],
+            ];
+            let mut element = [[0.0; 4]; 4];
+            for r in 0..4 {
+                for c in 0..4 {
+                    for x in 0..3 {
+                        for y in 0..3 {
+                            element[r][c] += map[x][r] * natural[x][y] * map[y][c];
+                        }
+                    }
+                }
+            }
+            bending.add(e, k, &element);
+            if let Some(cross) = cross.as_deref_mut() {
+                let force: [f64; 4] =
+                    std::array::from_fn(|c| (0..3).map(|x| slope_force[x] * map[x][c]).sum());
+                let row = force.map(|x| EA * x);
+                cross.push([row.map(|x| -x), row]);
+            }
+        }
+    }
+}
+
+/// Chord slope, a, b of the element left of node index `i`.
+#[inline(always)]
+fn bent(l: f64, q: &Fields, i: usize) -> [f64; 3] {
+    let chord = (q.v[i] - q.v[i - 1]) / l;
+    [chord, q.theta[i - 1] - chord, q.theta[i] - chord]
+}
+
+/// Forces at the ends of elements, by the node at the right end: axial, transverse, and the moments
+/// left and right.
+#[derive(Clone, Debug)]
+pub struct Ends([Vec<f64>; 4]);
+
+impl Ends {
+    /// For a beam of so many nodes.
+    pub fn new(nodes: usize) -> Ends {
+        Ends(std::array::from_fn(|_| vec![0.0; field_len(nodes)]))
+    }
+}
+
+struct Forces<'a> {
+    elastic: &'a Elastic,
+    curved: Option<&'a [Vec<f64>; POINTS]>,
+    k: f64,
+    q: &'a Fields,
+    ends: &'a mut Ends,
+    out: &'a mut Fields,
+}
+
+impl Body for Forces<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Lanes>(self) {
+        let Forces { elastic, curved, k, q, ends: Ends(ends), out } = self;
+        let (l, inverse) = (elastic.length, 1.0 / elastic.length);
+        let (k, half) = (Pack::<V>::splat(k), Pack::<V>::splat(0.5 * l));
+        let (length, inverse) = (Pack::<V>::splat(l), Pack::<V>::splat(inverse));
+        let [axial, transverse, left, right] = ends;
+        for i in (PAD..q.u.len() - PAD).step_by(8) {
+            let chord = (at::<V>(&q.v, i) - at(&q.v, i - 1)) * inverse;
+            let (a, b) = (at::<V>(&q.theta, i - 1) - chord, at::<V>(&q.theta, i) - chord);
+            let stretch = at::<V>(&q.u, i) - at(&q.u, i - 1);
+            let EA = k * at(&elastic.axial, i);
+            let (tension, moments, across) = match curved {
+                None => {
+                    let [aa, ab, bb] = elastic.bending.each_ref().map(|x| k * at::<V>(x, i));
+                    (EA * stretch, [aa * a + ab * b, ab * a + bb * b], Pack::splat(0.0))
+                }
+                Some(curved) => {
+                    let (same, other) = (Pack::splat(SAME), Pack::splat(OTHER));
+                    let of_a = same * a + other * b;
+                    let of_b = same * b + other * a;
+                    let square = chord * chord + (a * of_a + b * of_b);
+                    let tension = EA * (stretch + half * square);
+                    let pull = tension * length;
+                    let (mut to_a, mut to_b) = (pull * of_a, pull * of_b);
+                    let mut to_chord = pull * chord;
+                    for point in 0..POINTS {
+                        let [slope, curvature] = shapes(elastic.rule[0][point]);
+                        let [slope_a, slope_b] = slope.map(Pack::<V>::splat);
+                        let [bend_a, bend_b] = curvature.map(Pack::<V>::splat);
+                        let s = chord + (a * slope_a + b * slope_b);
+                        let bend = a * bend_a + b * bend_b;
+                        let weight = Pack::splat(elastic.rule[1][point]) * inverse * k;
+                        let moment = weight * at(&curved[point], i) * bend;
+                        let by_bend = moment * (Pack::splat(1.0) + s * s);
+                        let by_slope = moment * bend * s;
+                        to_a = to_a + (by_bend * bend_a + by_slope * slope_a);
+                        to_b = to_b + (by_bend * bend_b + by_slope * slope_b);
+                        to_chord = to_chord + by_slope;
+                    }
+                    (tension, [to_a, to_b], to_chord)
+                }
+            };
+            tension.store(&mut axial[i..]);
+            ((across - (moments[0] + moments[1])) * inverse).store(&mut transverse[i..]);
+            moments[0].store(&mut left[i..]);
+            moments[1].store(&mut right[i..]);
+        }
+        // A node is the right end of its element and the left end of the next.
+        for i in (PAD..q.u.len() - PAD).step_by(8) {
+            (at::<V>(&out.u, i) - (at(axial, i) - at(axial, i + 1))).store(&mut out.u[i..]);
+            (at::<V>(&out.v, i) - (at(transverse, i) - at(transverse, i + 1)))
+                .store(&mut out.v[i..]);
+            (at::<V>(&out.theta, i) - (at(right, i) + at(left, i + 1))).store(&mut out.theta[i..]);
+        }
+    }
+}

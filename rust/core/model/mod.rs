@@ -1,0 +1,3 @@
+//! Models, one a file or a folder.
+
+pub mod beam;
