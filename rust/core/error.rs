@@ -37,6 +37,20 @@ pub enum Error {
         /// Number of the step that failed.
         step: u64,
     },
+    /// An iteration that did not come to its end.
+    #[error("{message}")]
+    Convergence {
+        /// The sentence.
+        message: String,
+        /// Time, in seconds.
+        t: f64,
+        /// Number of the step that failed.
+        step: u64,
+        /// Iterations made.
+        iterations: u32,
+        /// What was left, in parts of the state.
+        residual: f64,
+    },
     /// What a caller's function reported, untouched.
     #[error("{0}")]
     Callback(Box<dyn std::error::Error + Send + Sync>),
@@ -46,6 +60,13 @@ impl Error {
     /// An unusable argument.
     pub fn argument(message: impl Into<String>) -> Box<Error> {
         Box::new(Error::Argument(message.into()))
+    }
+    /// The same failure, in this step.
+    pub fn in_step(mut self: Box<Self>, k: u64) -> Box<Error> {
+        if let Error::Model { step, .. } | Error::Convergence { step, .. } = &mut *self {
+            *step = k;
+        }
+        self
     }
     /// A system or use that a method does not cover.
     pub fn unsupported(message: impl Into<String>) -> Box<Error> {

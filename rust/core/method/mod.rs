@@ -5,6 +5,7 @@
 //! verification suite read the records.
 
 mod linear;
+mod midpoint;
 mod modal;
 mod newmark;
 mod options;
@@ -258,6 +259,8 @@ pub const METHODS: &[&MethodInfo] = &[
     &newmark::NEWMARK,
     &newmark::GENERALIZED_ALPHA,
     &newmark::CENTRAL_DIFFERENCE,
+    &midpoint::SRK2,
+    &midpoint::MIDPOINT,
     &rk4::RK4,
 ];
 

@@ -21,6 +21,14 @@ create_exception!(
 );
 create_exception!(
     spim,
+    ConvergenceError,
+    SpimError,
+    "An iteration did not come to its end.\n\n\
+     Attributes: `t` (time), `step` (number of the step that failed), `iterations`, `residual` (in\n\
+     parts of the state), and, where a run had begun, `partial`: the `Solution` up to there."
+);
+create_exception!(
+    spim,
     SingularMatrixError,
     SpimError,
     "A matrix that must be inverted is singular to working precision."
@@ -59,6 +67,15 @@ pub fn to_python(error: Box<Error>) -> PyErr {
             // Attributes are a help; an exception that cannot carry them is still the right one.
             let _ = error.value(py).setattr("t", t);
             let _ = error.value(py).setattr("step", step);
+            error
+        }),
+        Error::Convergence { t, step, iterations, residual, .. } => Python::attach(|py| {
+            let error = ConvergenceError::new_err(text);
+            let value = error.value(py);
+            let _ = value.setattr("t", t);
+            let _ = value.setattr("step", step);
+            let _ = value.setattr("iterations", iterations);
+            let _ = value.setattr("residual", residual);
             error
         }),
         Error::Callback(inner) => match inner.downcast::<PyErr>() {

@@ -22,8 +22,8 @@ mod _core {
     use super::beam::RotatingBeam;
     #[pymodule_export]
     use super::error::{
-        InternalError, ModelError, PrecisionWarning, SingularMatrixError, SpimError,
-        UnsupportedError, caught_panics,
+        ConvergenceError, InternalError, ModelError, PrecisionWarning, SingularMatrixError,
+        SpimError, UnsupportedError, caught_panics,
     };
     #[pymodule_export]
     use super::expm::expm;

@@ -80,8 +80,28 @@ impl Fields {
 
     /// Largest magnitude; not a number where an entry is not.
     pub fn largest(&self) -> f64 {
-        let all = self.parts().into_iter().flatten();
-        all.fold(0.0, |largest: f64, x| if x.abs() <= largest { largest } else { x.abs() })
+        dispatch(Largest(self))
+    }
+}
+
+struct Largest<'a>(&'a Fields);
+
+impl Body for Largest<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<V: Lanes>(self) -> f64 {
+        let zero = Pack::<V>::splat(0.0);
+        // A maximum drops what is not a number; a sum of zeros does not.
+        let (mut largest, mut zeros) = (zero, zero);
+        for part in self.0.parts() {
+            for x in part.chunks_exact(8) {
+                let x = Pack::<V>::load(x);
+                largest = x.abs().max(largest);
+                zeros = zeros + x * zero;
+            }
+        }
+        largest.largest() + zeros.sum()
     }
 }
 
@@ -176,6 +196,12 @@ impl Tridiagonal {
         }
     }
 
+    /// `self <- k A + l B`.
+    pub fn combine(&mut self, k: f64, a: &Tridiagonal, l: f64, b: &Tridiagonal) {
+        mix(&mut self.own, k, &a.own, l, &b.own);
+        mix(&mut self.next, k, &a.next, l, &b.next);
+    }
+
     #[inline(always)]
     fn rows<V: Lanes>(&self, i: usize, x: &[f64]) -> Pack<V> {
         at(&self.own, i) * at(x, i)
@@ -211,6 +237,16 @@ impl Blocks {
         }
         for (at, [i, j]) in [[0, 2], [0, 3], [1, 2], [1, 3]].into_iter().enumerate() {
             self.next[at][right - 1] += k * m[i][j];
+        }
+    }
+
+    /// `self <- k A + l B`.
+    pub fn combine(&mut self, k: f64, a: &Blocks, l: f64, b: &Blocks) {
+        for (out, (a, b)) in self.own.iter_mut().zip(a.own.iter().zip(&b.own)) {
+            mix(out, k, a, l, b);
+        }
+        for (out, (a, b)) in self.next.iter_mut().zip(a.next.iter().zip(&b.next)) {
+            mix(out, k, a, l, b);
         }
     }
 
@@ -263,6 +299,12 @@ impl Skew {
                 + (at(&self.next[c], i - 1) * at(u, i - 1) + at(&self.back[c], i) * at(u, i + 1)))
         };
         [across + (right + left), along(0), along(1)]
+    }
+}
+
+fn mix(out: &mut [f64], k: f64, a: &[f64], l: f64, b: &[f64]) {
+    for (out, (a, b)) in out.iter_mut().zip(a.iter().zip(b)) {
+        *out = k * a + l * b;
     }
 }
 

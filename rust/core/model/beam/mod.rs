@@ -9,6 +9,7 @@
 //! angles in the state, and the energy is that of the motion relative to it.
 
 mod arrays;
+mod chain;
 mod elastic;
 mod factor;
 mod loads;
@@ -18,10 +19,11 @@ mod rotation;
 use std::sync::{Arc, Mutex};
 
 pub use arrays::{Across, Blocks, Fields, PAD, Skew, Symmetric, Tridiagonal};
+pub use chain::Chain;
 pub use elastic::{Elastic, Ends, POINTS};
 pub use factor::Factor;
 pub use loads::{Applied, Loads};
-pub use motion::{Geometry, Motion};
+pub use motion::{Geometry, HubForces, Motion, Rates, solve_hub};
 pub use rotation::{Prescribed, SpinUp, Table};
 
 use crate::error::{Error, Result};
@@ -141,6 +143,7 @@ pub struct Beam {
     moments: [f64; 3],
     elastic: Elastic,
     mass: Factor,
+    fastest: f64,
     /// Work space for evaluations from outside a method, as many as threads have asked at once.
     spare: Mutex<Vec<Motion>>,
 }
@@ -193,6 +196,7 @@ impl Beam {
         );
         let mass = Factor::new(nodes, &axial_mass, &bending_mass)
             .ok_or_else(|| Error::argument("beam: the mass matrix is not positive definite"))?;
+        let fastest = fastest(nodes, &mass, &elastic);
         Ok(Beam {
             nodes,
             shortens,
@@ -208,6 +212,7 @@ impl Beam {
             moments: elements.moments,
             elastic,
             mass,
+            fastest,
             spare: Mutex::default(),
             parameters,
         })
@@ -247,9 +252,42 @@ impl Beam {
             && *coupling != Coupling::Third
     }
 
+    /// Whether the mass matrix can lose its definiteness: foreshortening takes inertia away.
+    pub fn can_degenerate(&self) -> bool {
+        self.parameters.coupling == Coupling::First && self.angles() > 0
+    }
+
     /// The parameters.
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
+    }
+
+    /// G.
+    pub fn gyroscopic(&self) -> &Skew {
+        &self.gyroscopic
+    }
+
+    /// What `theta'^2` pushes outward, on `v` and `theta`.
+    pub fn outward(&self) -> &Blocks {
+        &self.outward
+    }
+
+    /// `b`, the first moment along the beam times its distance.
+    pub fn arm(&self) -> &Fields {
+        &self.b
+    }
+
+    /// Springs of the angles: to ground, in the joint.
+    pub fn springs(&self) -> [f64; 2] {
+        match self.parameters.hub {
+            Hub::Jointed { spring, .. } => [self.parameters.ground_spring, spring],
+            _ => [self.parameters.ground_spring, 0.0],
+        }
+    }
+
+    /// An upper estimate of the largest natural frequency, rad/s.
+    pub fn fastest(&self) -> f64 {
+        self.fastest
     }
 
     /// The elastic part.
@@ -282,6 +320,29 @@ impl Beam {
     pub fn apply_shortening(&self, x: &Fields, out: &mut Fields) {
         dispatch(Symmetric { axial: None, bending: &self.shortening, x, out });
     }
+}
+
+/// The largest natural frequency by some steps of the power method, as in its last digits nobody is
+/// interested.
+fn fastest(nodes: usize, mass: &Factor, elastic: &Elastic) -> f64 {
+    let (mut x, mut y) = (Fields::zeros(nodes), Fields::zeros(nodes));
+    let mut ends = Ends::new(nodes);
+    for (i, [u, v]) in
+        x.u[PAD..PAD + nodes].iter_mut().zip(&mut x.v[PAD..]).map(|(u, v)| [u, v]).enumerate()
+    {
+        let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
+        (*u, *v) = (sign, sign * 0.5);
+    }
+    let mut square = 0.0;
+    for _ in 0..30 {
+        let size = x.dot(&x).sqrt();
+        y.parts_mut().into_iter().for_each(|part| part.fill(0.0));
+        elastic.subtract_linear(-1.0 / size, &x, &mut ends, &mut y);
+        mass.solve(&mut y);
+        std::mem::swap(&mut x, &mut y);
+        square = x.dot(&x).sqrt();
+    }
+    square.sqrt()
 }
 
 /// Vectors of elements, assembled: along the beam and across it.

@@ -265,6 +265,49 @@ impl Motion {
         Ok(found)
     }
 
+    /// The state that loads may ask for.
+    pub fn see(&mut self, z: &[f64]) {
+        self.state.copy_from_slice(z);
+    }
+
+    /// `out <- G w + 2 theta' (b + Q q)`: how forces change with the rotation.
+    pub fn swing(&self, beam: &Beam, out: &mut Fields) {
+        let twice = 2.0 * self.rates.theta();
+        beam.apply_gyroscopic(&self.rates.w, out);
+        out.add(twice, &beam.b);
+        out.add(twice, &self.geometry.outward);
+    }
+
+    /// Rates of a state in place of those here; turns and places.
+    ///
+    /// # Errors
+    /// A mass matrix that is not positive definite; what a rotation reports.
+    pub fn start(&mut self, beam: &Beam, t: f64, z: &[f64]) -> Result<()> {
+        let momenta = self.take(beam, t, z)?;
+        self.solve_rates(beam, t, momenta)
+    }
+
+    /// Whether the mass matrix is positive definite at the place.
+    ///
+    /// # Errors
+    /// The error that says it is not.
+    pub fn check(&mut self, beam: &Beam, t: f64) -> Result<()> {
+        let count = beam.angles();
+        let Motion { geometry, solved, .. } = self;
+        let mut schur = geometry.inertia;
+        for j in 0..count {
+            solved[j].copy(&geometry.columns[j]);
+            beam.mass.solve(&mut solved[j]);
+            for i in 0..count {
+                schur[i][j] -= geometry.columns[i].dot(&solved[j]);
+            }
+        }
+        match count == 0 || solve_hub(count, schur, [0.0; 2]).is_some() {
+            true => Ok(()),
+            false => Err(beam.indefinite(t, &self.q)),
+        }
+    }
+
     /// Reads a state, turns and places.
     fn take(&mut self, beam: &Beam, t: f64, z: &[f64]) -> Result<[f64; 2]> {
         let (n, count) = (3 * beam.nodes, beam.angles());
@@ -450,6 +493,19 @@ impl Beam {
                 "beam: the mass matrix is no longer positive definite at t = {t:.6} s (coupling \
                  \"{}\", hub inertia {inertia:.3e} kg m^2, tip deflection v/L = {ratio:.3}); {cure}",
                 self.parameters.coupling.name()
+            ),
+            t,
+            step: 0,
+        })
+    }
+
+    /// The error for a step whose matrix is not positive definite.
+    pub fn unstable(&self, t: f64, theta: f64) -> Box<Error> {
+        Box::new(Error::Model {
+            message: format!(
+                "beam: the tangent stiffness of a step is not positive definite at t = {t:.6} s, \
+                 where the beam turns at {theta:.4} rad/s: it buckles, or spins too fast for its \
+                 coupling"
             ),
             t,
             step: 0,

@@ -1,0 +1,80 @@
+//! Implicit midpoint steps, one or two in a step: symplectic, symmetric, of order 2.
+//!
+//! `srk2` is the paper's two-stage method (eqs. 25-30), `a = [[1/4, 0], [1/2, 1/4]]`, `b = [1/2, 1/2]`:
+//! two midpoint steps of half the size.
+
+mod beam;
+mod start;
+
+use super::{Bound, MethodInfo, Needs, OptionInfo, Options, Step};
+use crate::error::{Error, Result};
+use crate::linalg::dense::Watch;
+use crate::system::Problem;
+
+const OPTIONS: &[OptionInfo] = &[
+    OptionInfo {
+        name: "newton",
+        doc: "beams: \"constant\", a preconditioner that is not refreshed (default), or \"full\", \
+              the whole Jacobian in each iteration, as the paper has it",
+    },
+    OptionInfo {
+        name: "tolerance",
+        doc: "what iterations may leave, in parts of the state: 1e-15 by default",
+    },
+];
+
+/// The paper's two-stage method.
+pub const SRK2: MethodInfo = MethodInfo {
+    name: "srk2",
+    aliases: &["srk"],
+    summary: "symplectic Runge-Kutta, two midpoint steps of half the size",
+    order: Some(2),
+    symplectic: true,
+    symmetric: true,
+    energy_preserving: false,
+    needs: Needs::Flow,
+    reproducible: "on every machine",
+    reference: "Huang, Deng & Yao, J. Sound Vib. 299 (2007), eqs. 25-30",
+    options: OPTIONS,
+    build: |problem, h, options, watch| build("srk2", problem, h, 2, options, watch),
+};
+
+/// One midpoint step.
+pub const MIDPOINT: MethodInfo = MethodInfo {
+    name: "midpoint",
+    aliases: &["gauss2"],
+    summary: "implicit midpoint rule",
+    reference: "Hairer, Lubich & Wanner, Geometric Numerical Integration, II.1.1",
+    build: |problem, h, options, watch| build("midpoint", problem, h, 1, options, watch),
+    ..SRK2
+};
+
+fn build(
+    name: &'static str,
+    problem: &Problem,
+    h: f64,
+    halves: usize,
+    options: &Options,
+    _watch: &mut Watch,
+) -> Result<Box<dyn Step>> {
+    let full = match options.text("newton")? {
+        None | Some("constant") => false,
+        Some("full") => true,
+        Some(other) => {
+            return Err(Error::argument(format!(
+                "newton: must be \"constant\" or \"full\", got \"{other}\""
+            )));
+        }
+    };
+    let tolerance = options.number("tolerance")?;
+    if tolerance.is_some_and(|x| !(1e-16..1.0).contains(&x)) {
+        return Err(Error::argument("tolerance: must be from 1e-16 to 1"));
+    }
+    match problem {
+        Problem::Beam(beam) => {
+            let method = beam::BeamMidpoint::new(name, beam, h, halves, full, tolerance)?;
+            Ok(Box::new(Bound::new(method, beam.clone(), String::new())))
+        }
+        _ => Err(Error::unsupported(format!("{name}: not for {} yet", problem.kind()))),
+    }
+}
