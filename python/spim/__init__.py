@@ -8,6 +8,7 @@ Start with `expm`, `Propagator`, or `integrate` and a system such as `LinearSyst
 
 from spim import damping, loads, models
 from spim._core import (
+    ConvergenceError,
     InternalError,
     ModelError,
     PrecisionWarning,
@@ -31,6 +32,7 @@ from spim._systems import LinearSystem
 from spim._versions import __version__, show_versions
 
 __all__ = [
+    "ConvergenceError",
     "FailedCase",
     "InternalError",
     "LinearSystem",

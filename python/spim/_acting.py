@@ -34,12 +34,18 @@ class Acting:
             )
         self._closed = _generator(load._terms, E)
         self.inputs, self.matrix = self._closed
-        self.start = _generated(load._terms, t0)
+        try:
+            self.start = _generated(load._terms, t0)
+        except OverflowError:
+            raise OverflowError(f"load: exceeds 1.8e308 at the start, t = {t0:g}") from None
 
     def _step_nothing_along(self):
         """What is in closed form comes as impulses too."""
         self.inputs, self.matrix = np.zeros((self.width, 0)), np.zeros((0, 0))
         self.start = np.zeros(0)
+
+    # What a function raised for a step that has not been taken yet.
+    failure = None
 
     # What follows takes exponentials, which methods that ask for values alone do without.
 
@@ -96,9 +102,27 @@ class Acting:
         rows = np.zeros((count // self.width, self.width))
         inside = min(len(rows), self._steps - k)
         if inside > 0:
-            for part in self._called:
-                part.add(k, rows[:inside])
+            self._add_called(k, rows[:inside])
         return rows
+
+    def _add_called(self, k, rows):
+        """Adds impulses of what is called; a failure shows in the step it belongs to."""
+        for part in self._called:
+            before = rows.copy()
+            try:
+                part.add(k, rows)
+            except Exception:
+                rows[:] = before
+                for step in range(len(rows)):
+                    try:
+                        part.add(k + step, rows[step : step + 1])
+                    except Exception as error:
+                        if step == 0:
+                            raise
+                        # The steps before are taken; then this is what ended the run.
+                        self.failure = error
+                        rows[step:] = np.nan
+                        return
 
     def all_impulses(self, k, count):
         """Impulses of `count` steps from k on, (count, m): closed forms and records included."""
@@ -114,8 +138,11 @@ class Acting:
 
     def generated(self, k, count):
         """The generator's state at grid points k, k + 1, .., (count, g)."""
-        times = self._t0 + self._h * np.arange(k, k + count)
-        return np.array([_generated(self._load._terms, t) for t in times]).reshape(count, -1)
+        since, late = _product(self._h, np.arange(k, k + count, dtype=float))
+        times, rest = _sum(self._t0, since)
+        return np.array(
+            [_generated(self._load._terms, t, d) for t, d in zip(times, rest + late, strict=True)]
+        ).reshape(count, -1)
 
 
 class ActingStepByStep(Acting):
@@ -180,12 +207,41 @@ def _inverse(A):
     )
 
 
-def _generated(terms, t):
-    """The generator's state: ``t^j/j! exp(exponent t)``, real and imaginary parts."""
+def _sum(a, b):
+    """The rounded sum, and its error, exactly."""
+    s = a + b
+    t = s - a
+    return s, (a - (s - t)) + (b - t)
+
+
+def _product(a, b):
+    """The rounded product, and its error, exactly (Dekker)."""
+    p = a * b
+    halves = []
+    for x in (a, b):
+        large = 134217729.0 * x
+        high = large - (large - x)
+        halves.append((high, x - high))
+    (a1, a2), (b1, b2) = halves
+    return p, ((a1 * b1 - p) + a1 * b2 + a2 * b1) + a2 * b2
+
+
+def _generated(terms, t, late=0.0):
+    """The generator's state: ``t^j/j! exp(exponent t)``, real and imaginary parts, at `t` + `late`.
+
+    Phases far from t = 0 are right to rounding: what their product loses turns them on.
+    """
     state = []
     for exponent, coefficients in terms.items():
+        phase, lost = _product(exponent.imag, t)
+        if not math.isfinite(lost):
+            lost = 0.0
+        lost += exponent.imag * late
+        grown = math.exp(min(exponent.real * t, LARGEST)) * (1.0 + exponent.real * late)
+        turned = complex(math.cos(phase), math.sin(phase)) if math.isfinite(phase) else math.nan
+        wave = grown * turned * complex(1.0, lost)
         for j in range(len(coefficients)):
-            g = np.exp(exponent * t) * t**j / math.factorial(j)
+            g = wave * (t + late) ** j / math.factorial(j)
             state.extend([g.real] if exponent.imag == 0.0 else [g.real, g.imag])
     return np.array(state)
 
@@ -227,7 +283,10 @@ class _PiecesAtWork:
             x = x[::-1]
         grid = np.round(x)
         # Within rounding on the grid.
-        slack = np.maximum(NEAR, 4.0 * np.finfo(float).eps * np.abs(grid))
+        rounding = np.spacing(np.abs(pieces.edges)) + np.spacing(abs(t0))
+        slack = 2.0 * rounding[:: 1 if h > 0.0 else -1] / abs(h)
+        slack = np.maximum(np.maximum(NEAR, 4.0 * np.finfo(float).eps * np.abs(grid)), slack)
+        slack = np.minimum(slack, 0.01)
         self._x = np.where(np.abs(x - grid) <= slack, grid, x)
         self._within = {}
 

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from spim import _core
+
 # Doubles of vectors that are worked on at once.
 PIECE = 1 << 16
 
@@ -29,14 +31,13 @@ def finite(name, given, shape=None):
 def degrees(name, given, size):
     """Numbers of degrees of freedom, or of components, 0 .. size - 1."""
     array = finite(name, given)
-    whole = array.astype(int)
-    wrong = (whole != array) | (whole < 0) | (whole >= size)
+    wrong = (array != np.floor(array)) | (array < 0) | (array >= size)
     if wrong.any():
         bad = array[wrong][0]
         raise ValueError(f"{name}: components are numbered 0 to {size - 1}, got {bad:g}")
-    if whole.ndim != 1 or not whole.size:
-        raise ValueError(f"{name}: must have shape (r,), r > 0, got {whole.shape}")
-    return whole
+    if array.ndim != 1 or not array.size:
+        raise ValueError(f"{name}: must have shape (r,), r > 0, got {array.shape}")
+    return array.astype(int)
 
 
 def matrix(name, given, size=None):
@@ -89,7 +90,39 @@ def mode_shapes(M, K):
     half = np.linalg.solve(L, K)
     S = np.linalg.solve(L, half.T)
     squares, vectors = np.linalg.eigh(0.5 * (S + S.T))
-    return squares, np.linalg.solve(L.T, vectors)
+    shapes = np.linalg.solve(L.T, vectors)
+    _refine_soft(M, K, squares, shapes)
+    return squares, shapes
+
+
+def _refine_soft(M, K, squares, shapes):
+    """Finds again, in place, what the rounding of the stiffest modes has hidden.
+
+    By the energies of the soft shapes, in pairs of doubles. A mode is rigid, and its square 0,
+    where its energy is below the rounding of the stiffness itself.
+    """
+    largest = np.abs(squares).max()
+    soft = np.flatnonzero(np.abs(squares) <= len(M) * 1e-13 * largest)
+    if not soft.size or largest == 0.0:
+        squares[soft] = 0.0
+        return
+    basis = shapes[:, soft].copy()
+
+    def energies(S):
+        # x^T S y of all pairs, by those of sums and differences.
+        found = np.empty((soft.size, soft.size))
+        for i, x in enumerate(basis.T):
+            rows = np.vstack([basis.T[: i + 1] + x, basis.T[: i + 1] - x])
+            twice = _core.quadratic(S, np.ascontiguousarray(rows)).reshape(2, -1)
+            found[i, : i + 1] = found[: i + 1, i] = 0.5 * (twice[0] - twice[1])
+        return found
+
+    factor = np.linalg.cholesky(energies(M))
+    half = np.linalg.solve(factor, energies(K))
+    again, turned = np.linalg.eigh(np.linalg.solve(factor, half.T))
+    shapes[:, soft] = basis = basis @ np.linalg.solve(factor.T, turned)
+    sizes = np.einsum("ik,ij,jk->k", np.abs(basis), np.abs(K), np.abs(basis))
+    squares[soft] = np.where(np.abs(again) <= 16.0 * np.finfo(float).eps * sizes, 0.0, again)
 
 
 def in_pieces(size, z, make):

@@ -5,12 +5,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 __all__ = [
+    "ConvergenceError",
     "Flows",
     "InternalError",
     "Linear",
     "ModelError",
     "PrecisionWarning",
     "Propagator",
+    "RotatingBeam",
     "SingularMatrixError",
     "SpimError",
     "Stepper",
@@ -31,6 +33,7 @@ __all__ = [
 
 class SpimError(Exception): ...
 class ModelError(SpimError): ...
+class ConvergenceError(SpimError): ...
 class SingularMatrixError(SpimError): ...
 class UnsupportedError(SpimError): ...
 class InternalError(SpimError): ...
@@ -55,7 +58,7 @@ def energy_coordinates(M: ArrayLike, K: ArrayLike) -> list[tuple[np.ndarray, np.
 def apply(hi: ArrayLike, lo: ArrayLike, x: ArrayLike) -> np.ndarray: ...
 def methods() -> list[dict[str, Any]]: ...
 def integrate(
-    system: Linear,
+    system: Linear | RotatingBeam,
     matrices: Any,
     load: Any,
     z0: ArrayLike,
@@ -109,6 +112,31 @@ class Propagator:
     def correction(self) -> str: ...
     def step(self, z: ArrayLike) -> np.ndarray: ...
     def trajectory(self, z0: ArrayLike, steps: int, every: int | None = None) -> np.ndarray: ...
+
+@final
+class RotatingBeam:
+    def __new__(
+        cls,
+        arrays: dict[str, np.ndarray],
+        length: float,
+        rule: list[list[float]],
+        moments: list[float],
+        coupling: str,
+        hub: tuple[float, float | None] | None,
+        rotation: Any,
+        radius: float,
+        ground_spring: float,
+        gravity: tuple[float, float],
+        damping: tuple[float, float],
+        loads: Callable[..., Any] | None,
+        follow: bool,
+    ) -> RotatingBeam: ...
+    @property
+    def size(self) -> int: ...
+    def energy(self, t: ArrayLike, z: ArrayLike) -> np.ndarray: ...
+    def rates(self, t: ArrayLike, z: ArrayLike) -> np.ndarray: ...
+    def momenta(self, t: ArrayLike, z: ArrayLike) -> np.ndarray: ...
+    def rate(self, t: ArrayLike, z: ArrayLike) -> np.ndarray: ...
 
 @final
 class Flows:

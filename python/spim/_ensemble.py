@@ -100,6 +100,8 @@ def _cases(system, z0, loads):
     if loads is None:
         states = np.atleast_2d(z0)
         return states, [system] * len(states)
+    if not isinstance(loads, list | tuple):
+        raise TypeError(f"loads: must be a list of loads, got {type(loads).__name__}")
     systems = [system.with_load(load) for load in loads]
     states = np.broadcast_to(z0, (len(systems), system.size)) if z0.ndim == 1 else z0
     if len(states) != len(systems):
@@ -119,7 +121,9 @@ def _as_columns(system, states, t_span, step, options):
     h, steps, uneven = _core.grid(t0, t1, _number("step", step))
     options = dict(options)
     every, name = options.pop("every", 1), options.get("method", "auto")
-    if name not in ("auto", "spim", "pim") or uneven or steps == 0 or steps % every:
+    counts = isinstance(every, int | np.integer) and not isinstance(every, bool) and every >= 1
+    # What is wrong with `every` is said one by one.
+    if name not in ("auto", "spim", "pim") or uneven or steps == 0 or not counts or steps % every:
         return None
     if name == "pim":
         options.setdefault("correction", "none")

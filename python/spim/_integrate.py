@@ -126,9 +126,13 @@ def _outputs(given, size):
     """The outputs as a matrix (r, m)."""
     if hasattr(given, "toarray"):
         given = given.toarray()
-    if np.asarray(given).dtype == bool:
-        given = np.flatnonzero(given) if np.shape(given) == (size,) else np.empty(0)
     array = finite("outputs", given)
+    if np.asarray(given).dtype == bool:
+        if array.shape != (size,) or not array.any():
+            raise ValueError(
+                f"outputs: a mask must have shape ({size},) and take something, got {array.shape}"
+            )
+        array = np.flatnonzero(array).astype(float)
     if array.ndim == 1 and array.size:
         return np.eye(size)[degrees("outputs", array, size)]
     if array.ndim != 2 or array.shape[1] != size or not len(array):

@@ -110,6 +110,8 @@ class Run:
         try:
             k, state = checkpoint
             k = operator.index(k)
+            if not 0 <= k < 2**62:
+                raise ValueError
         except (TypeError, ValueError):
             raise TypeError(
                 f"checkpoint: must be what checkpoint() gave, got {checkpoint!r}"
@@ -119,9 +121,12 @@ class Run:
 
     def _impulse(self):
         at = self._k - self._from
-        if self._ahead is None or not 0 <= at < AHEAD:
+        if self._ahead is None or not 0 <= at < len(self._ahead):
             self._from, at = self._k, 0
-            self._ahead = self._acting.all_impulses(self._k, AHEAD)
+            # A function may know of what has happened by now alone.
+            count = 1 if self._acting.sampled else AHEAD
+            with np.errstate(over="ignore", invalid="ignore"):
+                self._ahead = self._acting.all_impulses(self._k, count)
         return self._ahead[at]
 
     def __reduce__(self):

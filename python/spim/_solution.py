@@ -135,8 +135,9 @@ class Solution:
         1e-11 at tau w = 10 and 1e-9 at 1e4.
         """
         gone = self.dissipated - self.work
-        energy = self.energy
-        return energy - energy[0] + gone
+        if not len(self.t):
+            return gone
+        return self.energy - self.system.energy(self._start[1]) + gone
 
     def _structure(self, what):
         if not hasattr(self.system, "velocity"):

@@ -1,5 +1,6 @@
 """Structures: ``M q'' + (C + G) q' + K q = f(t)``."""
 
+import operator
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,6 +9,9 @@ from spim import _core
 from spim._arrays import cholesky, degrees, finite, in_pieces, matrix, mode_shapes, symmetric
 from spim._core import SingularMatrixError
 from spim._systems import LinearSystem
+
+# Amplification from which a response is rounding.
+NO_DIGIT = 1e13
 
 
 def _in_doubles(name, result):
@@ -84,7 +88,7 @@ class StructuralSystem(LinearSystem):
                 "freedom that have next to no mass"
             ) from None
         inverse = 0.5 * (inverse + inverse.T)
-        self.mass, self.stiffness, self.damping, self.gyroscopic = M, K, C, G
+        self._given = M, C, G, K
         self._inverse = inverse
         # Lumped masses are divided by, one by one.
         diagonal = np.diag(inverse).copy()
@@ -93,15 +97,38 @@ class StructuralSystem(LinearSystem):
             array.flags.writeable = False
         across = C + 0.5 * G
         A = np.zeros((2 * n, 2 * n))
-        A[:n, :n] = -0.5 * inverse @ G
-        A[:n, n:] = inverse
-        A[n:, :n] = 0.5 * across @ inverse @ G - K
-        A[n:, n:] = -across @ inverse
+        with np.errstate(over="ignore", invalid="ignore"):
+            A[:n, :n] = -0.5 * inverse @ G
+            A[:n, n:] = inverse
+            A[n:, :n] = 0.5 * across @ inverse @ G - K
+            A[n:, n:] = -across @ inverse
+        if not np.isfinite(A).all():
+            raise ValueError("damping: over the mass, or with G, it exceeds 1.8e308; change units")
         super().__init__(A, load=None)
         self._set_load(load, n, M)
 
     def _matrices(self):
-        return self.mass, self.damping, self.gyroscopic, self.stiffness
+        return self._given
+
+    @property
+    def mass(self):
+        """M, (n, n); read-only, as all matrices of a system."""
+        return self._given[0]
+
+    @property
+    def damping(self):
+        """C, (n, n)."""
+        return self._given[1]
+
+    @property
+    def gyroscopic(self):
+        """G, (n, n)."""
+        return self._given[2]
+
+    @property
+    def stiffness(self):
+        """K, (n, n)."""
+        return self._given[3]
 
     @property
     def _input(self):
@@ -127,7 +154,9 @@ class StructuralSystem(LinearSystem):
         n = self.dof
         q = np.zeros(n) if q is None else finite("q", q, (n,))
         v = np.zeros(n) if v is None else finite("v", v, (n,))
-        return np.concatenate([q, self.mass @ v + 0.5 * self.gyroscopic @ q])
+        with np.errstate(over="ignore", invalid="ignore"):
+            z = np.concatenate([q, self.mass @ v + 0.5 * self.gyroscopic @ q])
+        return _in_doubles("momenta", z)
 
     def velocity(self, z):
         """Velocities q' of states, (..., 2 n) -> (..., n)."""
@@ -152,7 +181,10 @@ class StructuralSystem(LinearSystem):
 
     def _states(self, z):
         """States as doubles; their length checked."""
-        z = np.asarray(z, float)
+        z = np.asarray(z)
+        if z.dtype.kind not in "biuf":
+            raise TypeError(f"z: needs real numbers, got dtype {z.dtype}")
+        z = z.astype(float, copy=False)
         if not z.ndim or z.shape[-1] != self.size:
             raise ValueError(f"z: must have shape (..., {self.size}), got {z.shape}")
         return z
@@ -190,13 +222,10 @@ class StructuralSystem(LinearSystem):
         -------
         Modes
         """
-        count = self.dof if count is None else int(count)
+        count = self.dof if count is None else operator.index(count)
         if not 1 <= count <= self.dof:
             raise ValueError(f"count: must be 1 to {self.dof}, got {count}")
         squares, shapes = mode_shapes(self.mass, self.stiffness)
-        # Rounding leaves rigid modes at +-u of the largest square.
-        rigid = np.abs(squares) <= self.dof * 1e-14 * np.abs(squares).max()
-        squares = np.where(rigid, 0.0, squares)
         if (squares < 0.0).any():
             raise ValueError("stiffness: has a negative mode; the structure is unstable")
         squares, shapes = squares[:count], shapes[:, :count]
@@ -213,7 +242,8 @@ class StructuralSystem(LinearSystem):
         frequencies : array_like (k,)
             rad/s.
         force : array_like (n,) or (n, r), optional
-            Amplitudes; unit forces on all degrees of freedom by default.
+            Amplitudes, complex where phases differ; by default unit forces, one on each degree of
+            freedom.
         outputs : sequence of int, optional
             Degrees of freedom wanted; all by default.
 
@@ -229,17 +259,30 @@ class StructuralSystem(LinearSystem):
             An undamped structure at resonance; the frequency is named.
         """
         w = np.atleast_1d(finite("frequencies", frequencies))
-        force = np.eye(self.dof) if force is None else finite("force", force)
+        if w.ndim != 1:
+            raise ValueError(f"frequencies: must have shape (k,), got {w.shape}")
+        if force is None:
+            force = np.eye(self.dof)
+        elif np.iscomplexobj(force):
+            force = finite("force", np.real(force)) + 1j * finite("force", np.imag(force))
+        else:
+            force = finite("force", force)
         if force.ndim not in (1, 2) or len(force) != self.dof:
             raise ValueError(f"force: must have shape ({self.dof},) or ({self.dof}, r)")
         outputs = slice(None) if outputs is None else degrees("outputs", outputs, self.dof)
         rate, found = self.damping + self.gyroscopic, []
         for s in w:
             dynamic = self.stiffness - s * s * self.mass + 1j * s * rate
+            if not np.isfinite(dynamic).all():
+                raise OverflowError(f"frequencies: w^2 M exceeds 1.8e308 at {s:g} rad/s")
             try:
-                found.append(np.linalg.solve(dynamic, force + 0j)[outputs])
+                x = np.linalg.solve(dynamic, force + 0j)
             except np.linalg.LinAlgError:
+                x = None
+            size = (np.abs(self.stiffness) + s * s * np.abs(self.mass)).max()
+            if x is None or np.abs(x).max() * size > NO_DIGIT * np.abs(force).max():
                 raise np.linalg.LinAlgError(
                     f"frequencies: {s:g} rad/s is a resonance of the undamped structure"
-                ) from None
+                )
+            found.append(x[outputs])
         return np.array(found)

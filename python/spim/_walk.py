@@ -38,6 +38,8 @@ def walk(system, z0, t0, t1, step, method, every, options, report=None, outputs=
         options,
         report,
     )
+    if acting is not None and acting.failure is not None and run["error"] is not None:
+        run["error"] = acting.failure
     run["last"] = chosen.back(run["last"])
     if outputs is None:
         run["z"] = chosen.back(run["z"])

@@ -8,6 +8,7 @@ closed form multiplies with another of one component, any load with a function o
 
 import functools
 import math
+import operator
 import warnings
 
 import numpy as np
@@ -75,11 +76,21 @@ class Load:
             terms[exponent] = _added(terms.get(exponent), coefficients)
         return Load(terms, self._parts + other._parts)
 
+    def __radd__(self, other):
+        # Where sum() starts.
+        return self if isinstance(other, int | float) and other == 0 else NotImplemented
+
+    def __truediv__(self, other):
+        return self * (1.0 / _finite("divisor", other, 0))
+
     def __neg__(self):
         return -1.0 * self
 
     def __sub__(self, other):
         return self + -other if isinstance(other, Load) else NotImplemented
+
+    # NumPy's arrays leave products to the load.
+    __array_ufunc__ = None
 
     def __mul__(self, other):
         if isinstance(other, int | float | np.integer | np.floating):
@@ -99,8 +110,22 @@ class Load:
                     "than theirs",
                     stacklevel=2,
                 )
-            return Function(lambda t: self(t) * np.asarray(other(t), float))
+            for part in self._unbound() + (other._unbound() if isinstance(other, Load) else []):
+                raise ValueError(
+                    f"{part} times a load or a function: multiply the record or the function "
+                    "within it instead"
+                )
+            degrees = [self._degree(), other._degree() if isinstance(other, Load) else 0]
+            return Function(_Times(self, other), max(degrees) or 3)
         return NotImplemented
+
+    def _unbound(self):
+        """Names of what has values only within a structure."""
+        return [part.name for part, _ in self._parts if hasattr(part, "name")]
+
+    def _degree(self):
+        """Of functions in the load; 0 where there are none."""
+        return max((part.degree for part, _ in self._parts if hasattr(part, "degree")), default=0)
 
     __rmul__ = __mul__
 
@@ -124,6 +149,16 @@ class Load:
             else:
                 parts.append((bound, factor))
         return total + Load((), parts)
+
+
+class _Times:
+    """A product, as a function that can be pickled."""
+
+    def __init__(self, load, function):
+        self._load, self._function = load, function
+
+    def __call__(self, t):
+        return self._load(t) * np.asarray(self._function(t), float)
 
 
 class Polynomial(Load):
@@ -189,8 +224,8 @@ class Sampled(Load):
     hold : {"first", "zero"}
         "first": linear from sample to sample, zero after the last. "zero": each sample is held
         until the next, the last as long as the one before it.
-    start : float
-        Time of the first sample, s.
+    start : float, optional
+        Time of the first sample, s; 0 by default.
     times : array_like (k,), optional
         Times of the samples, ascending, instead of `step` and `start`.
 
@@ -198,18 +233,22 @@ class Sampled(Load):
     step is integrated exactly piece by piece.
     """
 
-    def __init__(self, values, step=None, hold="first", start=0.0, *, times=None):
+    def __init__(self, values, step=None, hold="first", start=None, *, times=None):
         values = _finite("values", values, (1, 2))
-        values = values.reshape(len(values), -1)
         if len(values) < 2:
             raise ValueError(f"values: two samples or more are needed, got {len(values)}")
+        values = values.reshape(len(values), -1)
         if (step is None) == (times is None):
             raise TypeError("a record needs either step= or times=")
+        if times is not None and start is not None:
+            raise TypeError("start: is the first of times=; leave it out")
         if times is None:
-            step, start = _finite("step", step, 0), _finite("start", start, 0)
+            step, start = _finite("step", step, 0), _finite("start", start or 0.0, 0)
             if step <= 0.0:
                 raise ValueError(f"step: must be positive, got {step}")
             times = start + step * np.arange(len(values))
+            if not (np.diff(times) > 0.0).all():
+                raise ValueError(f"step: {step:g} is lost in the rounding of times near {start:g}")
         else:
             times = _finite("times", times, 1)
             if len(times) != len(values):
@@ -217,9 +256,9 @@ class Sampled(Load):
             if not (np.diff(times) > 0.0).all():
                 at = int(np.argmin(np.diff(times) > 0.0))
                 raise ValueError(f"times: must ascend; entry {at + 1} does not exceed entry {at}")
-        if hold == "first":
+        if isinstance(hold, str) and hold == "first":
             left, right = values[:-1], values[1:]
-        elif hold == "zero":
+        elif isinstance(hold, str) and hold == "zero":
             times = np.append(times, 2.0 * times[-1] - times[-2])
             left = right = values
         else:
@@ -264,6 +303,8 @@ class GroundMotion(Load):
                 "record: must be a load such as spim.loads.Sampled(values, step), got "
                 f"{type(record).__name__}"
             )
+        for part in record._unbound():
+            raise TypeError(f"record: must be an acceleration, not {part}")
         if record.size not in (None, 1):
             raise ValueError(f"record: must have one component, has {record.size}")
         super().__init__((), [(_Inertial(record, direction, -1.0), 1.0)])
@@ -303,11 +344,16 @@ class Unbalance(Load):
     """
 
     def __init__(self, moment, speed, dofs, phase=0.0):
-        x, y = (int(dof) for dof in dofs)
+        try:
+            x, y = (operator.index(dof) for dof in dofs)
+        except (TypeError, ValueError):
+            raise TypeError(f"dofs: must be two whole numbers, got {dofs!r}") from None
         if x < 0 or y < 0 or x == y:
             raise ValueError(f"dofs: must be two different indices, got {dofs}")
         speed, phase = _finite("speed", speed, 0), _finite("phase", phase, 0)
-        force = _finite("moment", moment, 0) * speed**2
+        force = _finite("moment", moment, 0) * speed * speed
+        if not math.isfinite(force):
+            raise OverflowError("speed: the force moment speed^2 exceeds 1.8e308")
         super().__init__((), [(_Rotating(force, speed, (x, y), phase), 1.0)])
 
 
@@ -342,7 +388,10 @@ class _Pieces:
     @functools.cached_property
     def _begins(self):
         """Where pieces begin, for times within rounding of it, and what that rounding is."""
-        slack = NEAR * self._lengths.min()
+        shorter = np.minimum(np.append(self._lengths, np.inf), np.insert(self._lengths, 0, np.inf))
+        slack = np.maximum(NEAR * shorter, 4.0 * np.spacing(np.abs(self.edges)))
+        # Of edges closer than that each keeps its own side.
+        slack = np.minimum(slack, 0.25 * shorter)
         return self.edges - slack, slack
 
     def values(self, t):
@@ -350,11 +399,11 @@ class _Pieces:
         # last one at the end.
         begins, slack = self._begins
         piece = np.searchsorted(begins, t, side="right") - 1
-        inside = (piece >= 0) & (t <= self.edges[-1] + slack)
+        inside = (piece >= 0) & (t <= self.edges[-1] + slack[-1])
         piece = np.clip(piece, 0, len(self.left) - 1)
         since = t - self.edges[piece]
         found = np.take(self.left, piece, axis=0)
-        if np.abs(since).max(initial=0.0) > slack:
+        if (np.abs(since) > slack[piece]).any():
             part = np.clip(since / self._lengths[piece], 0.0, 1.0)
             found += part[..., None] * (self.right[piece] - found)
         if not inside.all():
@@ -406,6 +455,8 @@ class _Interpolated:
 class _Inertial:
     """A scalar load times ``sign M r``, once masses are known."""
 
+    name = "ground motion or gravity"
+
     def __init__(self, record, direction, sign):
         self.record, self.sign = record, sign
         self.direction = _finite("direction", direction, 1)
@@ -431,6 +482,7 @@ class _Inertial:
 
 class _Rotating:
     size = None
+    name = "an unbalance"
 
     def __init__(self, force, speed, dofs, phase):
         self.force, self.speed, self.dofs, self.phase = force, speed, dofs, phase

@@ -14,5 +14,6 @@ pub mod model;
 pub mod observe;
 pub mod propagate;
 pub mod system;
+pub mod tableau;
 
 pub use error::{Error, Result};

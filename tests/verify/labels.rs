@@ -1,8 +1,10 @@
 //! What the records say of the methods is true.
 
-use spim::method::{METHODS, MethodInfo, Options, State, Value, build};
+use std::sync::Arc;
+
+use spim::method::{METHODS, MethodInfo, Needs, Options, State, Value, build};
 use spim::propagate::Clock;
-use spim::system::{Hamiltonian, Problem};
+use spim::system::{Flow, Hamiltonian, Problem};
 
 use crate::restarts::structure;
 
@@ -77,33 +79,68 @@ fn the_order_is_the_measured_slope() {
     let z0 = [1.0, -0.5, 0.25, 2.0];
     let exact = METHODS.iter().find(|info| info.order.is_none()).unwrap();
     for info in METHODS {
-        let errors: Vec<f64> = [16_u64, 32, 64, 128, 256]
+        let Some(order) = info.order else { continue };
+        // Steps that leave errors above rounding, fewer for high orders.
+        let (end, counts) = match order {
+            ..=4 => (2.0, [32, 48, 64, 96]),
+            6 => (8.0, [40, 50, 60, 80]),
+            8 => (8.0, [32, 40, 48, 64]),
+            12 => (8.0, [8, 10, 12, 14]),
+            _ => (8.0, [6, 7, 8, 9]),
+        };
+        let errors: Vec<f64> = counts
             .iter()
             .map(|&steps| {
-                let h = 2.0 / steps as f64;
+                let h = end / steps as f64;
                 let (x, y) = (run(info, h, steps, &z0), run(exact, h, steps, &z0));
                 x.iter().zip(&y).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
             })
             .collect();
-        let Some(order) = info.order else { continue };
-        for pair in errors.windows(2).skip(1) {
-            let slope = (pair[0] / pair[1]).log2();
-            assert!((slope - order as f64).abs() <= 0.15, "{}: {slope} of {errors:?}", info.name);
+        for (pair, steps) in errors.windows(2).zip(counts.windows(2)) {
+            let slope = (pair[0] / pair[1]).ln() / (steps[1] as f64 / steps[0] as f64).ln();
+            // At order 16 errors reach rounding before the slope is that of small steps.
+            let slack = if order > 12 { 0.3 } else { 0.15 };
+            assert!((slope - order as f64).abs() <= slack, "{}: {slope} of {errors:?}", info.name);
         }
+    }
+}
+
+/// `H = p^2/2 - cos q`: unlike oscillators, not a quadratic form, which many methods conserve.
+struct Pendulum;
+
+impl Flow for Pendulum {
+    fn len(&self) -> usize {
+        2
+    }
+    fn rate(&self, _t: f64, z: &[f64], f: &mut [f64]) -> spim::Result<()> {
+        f.copy_from_slice(&[z[1], -z[0].sin()]);
+        Ok(())
     }
 }
 
 #[test]
 fn energy_preserving_says_so_of_ten_thousand_steps() {
-    let z0 = [1.0, -0.5, 0.25, 2.0];
     for info in METHODS {
-        let end = run(info, 0.3, 10_000, &z0);
-        let energy = |z: &[f64]| problem(info).linear().unwrap().energy(0.0, z).unwrap();
-        let (before, after) = (energy(&z0), energy(&end));
-        let found = (after / before - 1.0).abs();
+        // Far enough for a method of high order to show.
+        let h = if info.order.is_some_and(|order| order > 4) { 2.0 } else { 0.3 };
+        let (problem, z0) = match info.needs {
+            Needs::Flow => (Problem::Flow(Arc::new(Pendulum)), vec![2.0, 0.0]),
+            _ => (problem(info), vec![1.0, -0.5, 0.25, 2.0]),
+        };
+        let energy = |z: &[f64]| match &problem {
+            Problem::Flow(_) => 0.5 * z[1] * z[1] - z[0].cos(),
+            other => other.linear().unwrap().energy(0.0, z).unwrap(),
+        };
+        let mut method = build(info, &problem, h, &bare(info), &mut || Ok(())).unwrap();
+        let mut state = State::new(&z0, &*method).unwrap();
+        let mut found = 0.0_f64;
+        for k in 0..10_000 {
+            method.step(k, h * k as f64, &mut state).unwrap();
+            found = found.max((energy(&state.z) / energy(&z0) - 1.0).abs());
+        }
         match info.energy_preserving {
             true => assert!(found <= 1e-11, "{}: {found:e}", info.name), // 10 u a step
-            false => assert!(found >= 1e-4, "{}: {found:e}", info.name),
+            false => assert!(found >= 1e-8, "{}: {found:e}", info.name),
         }
     }
 }

@@ -158,8 +158,9 @@ class BeamSolution(Solution):
     @property
     def balance_error(self):
         """Change of energy + dissipated - work, (k,), J: what the step's error leaves."""
-        energy = self.energy
-        return energy - energy[0] + self.dissipated - self.work
+        t, row = self._start
+        start = self.system.energy(self._shown(row), t)
+        return self.energy - start + self.dissipated - self.work
 
 
 def _over(function, t):

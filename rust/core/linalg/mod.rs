@@ -3,6 +3,7 @@
 pub mod cholesky;
 pub mod dense;
 pub mod kernel;
+pub mod newton;
 pub mod pair;
 pub mod symplectic;
 pub mod twofold;

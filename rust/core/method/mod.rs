@@ -4,12 +4,14 @@
 //! [`MethodInfo`]; a line in [`METHODS`] does the rest: the Python API, the printed table and the
 //! verification suite read the records.
 
+mod gauss;
 mod linear;
 mod midpoint;
 mod modal;
 mod newmark;
 mod options;
 mod rk4;
+mod runge_kutta;
 mod two_term;
 
 use std::sync::Arc;
@@ -261,6 +263,12 @@ pub const METHODS: &[&MethodInfo] = &[
     &newmark::CENTRAL_DIFFERENCE,
     &midpoint::SRK2,
     &midpoint::MIDPOINT,
+    &gauss::GAUSS4,
+    &gauss::GAUSS6,
+    &gauss::GAUSS8,
+    &gauss::GAUSS12,
+    &gauss::GAUSS16,
+    &runge_kutta::RUNGE_KUTTA,
     &rk4::RK4,
 ];
 

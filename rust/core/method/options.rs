@@ -12,6 +12,8 @@ pub enum Value {
     Number(f64),
     /// Whole numbers.
     Integers(Vec<i64>),
+    /// Numbers.
+    Numbers(Vec<f64>),
 }
 
 /// An option in a record.
@@ -82,6 +84,18 @@ impl Options {
         }
     }
 
+    /// Numbers, if they were given.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for another kind of value.
+    pub fn numbers(&self, name: &str) -> Result<Option<&[f64]>> {
+        match self.value(name) {
+            None => Ok(None),
+            Some(Value::Numbers(x)) => Ok(Some(x)),
+            Some(value) => Err(wrong(name, "numbers", value)),
+        }
+    }
+
     /// A count, if it was given.
     ///
     /// # Errors
@@ -119,6 +133,7 @@ fn wrong(name: &str, wanted: &str, got: &Value) -> Box<Error> {
             [x] => x.to_string(),
             _ => format!("{x:?}"),
         },
+        Value::Numbers(x) => format!("{x:?}"),
     };
     Error::argument(format!("{name}: must be {wanted}, got {got}"))
 }

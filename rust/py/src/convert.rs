@@ -69,7 +69,7 @@ pub fn real<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Doubles<'py>
     match numbers(name, given)? {
         Numbers::Real(array) => Ok(array),
         Numbers::Complex(..) => Err(PyTypeError::new_err(format!(
-            "{name}: must be real, got complex numbers; integrate real and imaginary parts apart"
+            "{name}: must be real, got complex numbers; take real and imaginary parts apart"
         ))),
     }
 }

@@ -58,8 +58,9 @@ impl Acting {
     }
 }
 
-/// Copies an array that Python has returned, which must be finite and have the right size.
-fn copy(given: &Bound<'_, PyAny>, out: &mut [f64]) -> PyResult<()> {
+/// Copies an array that Python has returned, which must have the right size and be finite unless
+/// something has failed.
+fn copy(given: &Bound<'_, PyAny>, out: &mut [f64], failed: bool) -> PyResult<()> {
     let given = real("load", given)?;
     let numbers = slice(&given);
     if numbers.len() != out.len() {
@@ -69,7 +70,9 @@ fn copy(given: &Bound<'_, PyAny>, out: &mut [f64]) -> PyResult<()> {
             shown(given.shape())
         )));
     }
-    check_finite("load", given.shape(), numbers)?;
+    if !failed {
+        check_finite("load", given.shape(), numbers)?;
+    }
     out.copy_from_slice(numbers);
     Ok(())
 }
@@ -78,7 +81,7 @@ impl Load for Acting {
     fn value(&self, t: f64, f: &mut [f64]) -> Result<()> {
         Python::attach(|py| {
             let value = self.object.bind(py).call_method1(pyo3::intern!(py, "value"), (t,))?;
-            copy(&value, f)
+            copy(&value, f, false)
         })
         .map_err(from_python)
     }
@@ -87,7 +90,7 @@ impl Load for Acting {
         Python::attach(|py| {
             let call = (k, rows.len());
             let name = pyo3::intern!(py, "grid_values");
-            copy(&self.object.bind(py).call_method1(name, call)?, rows)
+            copy(&self.object.bind(py).call_method1(name, call)?, rows, false)
         })
         .map_err(from_python)
     }
@@ -116,7 +119,9 @@ impl Acting {
                 .object
                 .bind(py)
                 .call_method1(pyo3::intern!(py, "impulses"), (k, rows.len()))?;
-            copy(&rows_of, rows)
+            // After a failure the rows of the steps it spoils are no numbers.
+            let failed = !self.object.bind(py).getattr(pyo3::intern!(py, "failure"))?.is_none();
+            copy(&rows_of, rows, failed)
         })
         .map_err(from_python)
     }

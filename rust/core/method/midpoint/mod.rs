@@ -6,10 +6,11 @@
 mod beam;
 mod start;
 
-use super::{Bound, MethodInfo, Needs, OptionInfo, Options, Step};
+use super::{Bound, MethodInfo, Needs, OptionInfo, Options, Step, runge_kutta};
 use crate::error::{Error, Result};
 use crate::linalg::dense::Watch;
 use crate::system::Problem;
+use crate::tableau;
 
 const OPTIONS: &[OptionInfo] = &[
     OptionInfo {
@@ -55,7 +56,7 @@ fn build(
     h: f64,
     halves: usize,
     options: &Options,
-    _watch: &mut Watch,
+    watch: &mut Watch,
 ) -> Result<Box<dyn Step>> {
     let full = match options.text("newton")? {
         None | Some("constant") => false,
@@ -75,6 +76,9 @@ fn build(
             let method = beam::BeamMidpoint::new(name, beam, h, halves, full, tolerance)?;
             Ok(Box::new(Bound::new(method, beam.clone(), String::new())))
         }
-        _ => Err(Error::unsupported(format!("{name}: not for {} yet", problem.kind()))),
+        _ => {
+            let stages = if halves == 2 { tableau::SRK2 } else { tableau::GAUSS2 };
+            runge_kutta::build(name, stages.into(), problem, h, watch)
+        }
     }
 }
