@@ -4,6 +4,8 @@
 //! two midpoint steps of half the size.
 
 mod beam;
+mod fused;
+mod limit;
 mod start;
 
 use super::{Bound, MethodInfo, Needs, OptionInfo, Options, Step, runge_kutta};
@@ -20,7 +22,7 @@ const OPTIONS: &[OptionInfo] = &[
     },
     OptionInfo {
         name: "tolerance",
-        doc: "what iterations may leave, in parts of the state: 1e-15 by default",
+        doc: "what iterations may leave, in parts of the state: 1e-14 by default",
     },
 ];
 

@@ -202,8 +202,9 @@ impl Tridiagonal {
         mix(&mut self.next, k, &a.next, l, &b.next);
     }
 
+    /// What comes of `x` at eight nodes from index `i` on.
     #[inline(always)]
-    fn rows<V: Lanes>(&self, i: usize, x: &[f64]) -> Pack<V> {
+    pub fn rows<V: Lanes>(&self, i: usize, x: &[f64]) -> Pack<V> {
         at(&self.own, i) * at(x, i)
             + (at(&self.next, i) * at(x, i + 1) + at(&self.next, i - 1) * at(x, i - 1))
     }
@@ -250,11 +251,14 @@ impl Blocks {
         }
     }
 
+    /// What comes of `v` and `theta` at eight nodes from index `i` on.
     #[inline(always)]
-    fn rows<V: Lanes>(&self, i: usize, v: &[f64], theta: &[f64]) -> [Pack<V>; 2] {
-        let [vv, vt, tt] = self.own.each_ref().map(|x| at::<V>(x, i));
-        let right = self.next.each_ref().map(|x| at::<V>(x, i));
-        let left = self.next.each_ref().map(|x| at::<V>(x, i - 1));
+    pub fn rows<V: Lanes>(&self, i: usize, v: &[f64], theta: &[f64]) -> [Pack<V>; 2] {
+        let (own, next) = (&self.own, &self.next);
+        let [vv, vt, tt] = [at::<V>(&own[0], i), at(&own[1], i), at(&own[2], i)];
+        let right = [at::<V>(&next[0], i), at(&next[1], i), at(&next[2], i), at(&next[3], i)];
+        let j = i - 1;
+        let left = [at::<V>(&next[0], j), at(&next[1], j), at(&next[2], j), at(&next[3], j)];
         let [v_left, v_own, v_right] = [at(v, i - 1), at(v, i), at(v, i + 1)];
         let [t_left, t_own, t_right] = [at(theta, i - 1), at(theta, i), at(theta, i + 1)];
         [
@@ -288,17 +292,19 @@ impl Skew {
         skew
     }
 
+    /// What comes of three fields at eight nodes from index `i` on.
     #[inline(always)]
-    fn rows<V: Lanes>(&self, i: usize, [u, v, theta]: [&[f64]; 3]) -> [Pack<V>; 3] {
+    pub fn rows<V: Lanes>(&self, i: usize, [u, v, theta]: [&[f64]; 3]) -> [Pack<V>; 3] {
         let across = at(&self.own[0], i) * at(v, i) + at(&self.own[1], i) * at(theta, i);
         let right = at(&self.next[0], i) * at(v, i + 1) + at(&self.next[1], i) * at(theta, i + 1);
         let left =
             at(&self.back[0], i - 1) * at(v, i - 1) + at(&self.back[1], i - 1) * at(theta, i - 1);
-        let along = |c: usize| -> Pack<V> {
-            -(at(&self.own[c], i) * at(u, i)
-                + (at(&self.next[c], i - 1) * at(u, i - 1) + at(&self.back[c], i) * at(u, i + 1)))
-        };
-        [across + (right + left), along(0), along(1)]
+        let [u_left, u_own, u_right] = [at::<V>(u, i - 1), at(u, i), at(u, i + 1)];
+        let v_row = at(&self.own[0], i) * u_own
+            + (at(&self.next[0], i - 1) * u_left + at(&self.back[0], i) * u_right);
+        let theta_row = at(&self.own[1], i) * u_own
+            + (at(&self.next[1], i - 1) * u_left + at(&self.back[1], i) * u_right);
+        [across + (right + left), -v_row, -theta_row]
     }
 }
 

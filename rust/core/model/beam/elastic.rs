@@ -21,7 +21,7 @@ pub struct Elastic {
     /// Bending moments at the ends per slope: `aa`, `ab`, `bb`.
     bending: [Vec<f64>; 3],
     /// `EI` at the Gauss points, `[point][node]`, where bending is not linear.
-    curved: Option<[Vec<f64>; POINTS]>,
+    curved: Option<Curved>,
     /// Gauss points in (0, 1) and their weights.
     rule: [[f64; POINTS]; 2],
 }
@@ -70,6 +70,11 @@ impl Elastic {
             }
         }
         made
+    }
+
+    /// What bends beyond linear elasticity.
+    pub fn curved(&self) -> Option<&Curved> {
+        self.curved.as_ref()
     }
 
     /// Length of an element.
@@ -226,9 +231,55 @@ impl Ends {
     }
 }
 
+/// `EI` at the Gauss points, `[point][node]`.
+pub type Curved = [Vec<f64>; POINTS];
+
+impl Elastic {
+    /// Forces at the ends of eight elements, those left of the nodes from index `i` on: axial,
+    /// transverse, moments left and right; by the stiffness at rest where there is no `curved`.
+    #[inline(always)]
+    pub fn ends<V: Lanes>(&self, curved: Option<&Curved>, i: usize, q: &Fields) -> [Pack<V>; 4] {
+        let (length, half) = (Pack::<V>::splat(self.length), Pack::<V>::splat(0.5 * self.length));
+        let inverse = Pack::<V>::splat(1.0 / self.length);
+        let chord = (at::<V>(&q.v, i) - at(&q.v, i - 1)) * inverse;
+        let (a, b) = (at::<V>(&q.theta, i - 1) - chord, at::<V>(&q.theta, i) - chord);
+        let stretch = at::<V>(&q.u, i) - at(&q.u, i - 1);
+        let EA = at(&self.axial, i);
+        let Some(curved) = curved else {
+            let [aa, ab, bb] = &self.bending;
+            let [aa, ab, bb] = [at::<V>(aa, i), at(ab, i), at(bb, i)];
+            let (left, right) = (aa * a + ab * b, ab * a + bb * b);
+            return [EA * stretch, -(left + right) * inverse, left, right];
+        };
+        let (same, other) = (Pack::splat(SAME), Pack::splat(OTHER));
+        let of_a = same * a + other * b;
+        let of_b = same * b + other * a;
+        let square = chord * chord + (a * of_a + b * of_b);
+        let tension = EA * (stretch + half * square);
+        let pull = tension * length;
+        let (mut to_a, mut to_b) = (pull * of_a, pull * of_b);
+        let mut to_chord = pull * chord;
+        for point in 0..POINTS {
+            let [slope, curvature] = shapes(self.rule[0][point]);
+            let [slope_a, slope_b] = [Pack::<V>::splat(slope[0]), Pack::splat(slope[1])];
+            let [bend_a, bend_b] = [Pack::<V>::splat(curvature[0]), Pack::splat(curvature[1])];
+            let s = chord + (a * slope_a + b * slope_b);
+            let bend = a * bend_a + b * bend_b;
+            let weight = Pack::splat(self.rule[1][point]) * inverse;
+            let moment = weight * at(&curved[point], i) * bend;
+            let by_bend = moment * (Pack::splat(1.0) + s * s);
+            let by_slope = moment * bend * s;
+            to_a = to_a + (by_bend * bend_a + by_slope * slope_a);
+            to_b = to_b + (by_bend * bend_b + by_slope * slope_b);
+            to_chord = to_chord + by_slope;
+        }
+        [tension, (to_chord - (to_a + to_b)) * inverse, to_a, to_b]
+    }
+}
+
 struct Forces<'a> {
     elastic: &'a Elastic,
-    curved: Option<&'a [Vec<f64>; POINTS]>,
+    curved: Option<&'a Curved>,
     k: f64,
     q: &'a Fields,
     ends: &'a mut Ends,
@@ -241,52 +292,15 @@ impl Body for Forces<'_> {
     #[inline(always)]
     fn run<V: Lanes>(self) {
         let Forces { elastic, curved, k, q, ends: Ends(ends), out } = self;
-        let (l, inverse) = (elastic.length, 1.0 / elastic.length);
-        let (k, half) = (Pack::<V>::splat(k), Pack::<V>::splat(0.5 * l));
-        let (length, inverse) = (Pack::<V>::splat(l), Pack::<V>::splat(inverse));
-        let [axial, transverse, left, right] = ends;
+        let k = Pack::<V>::splat(k);
         for i in (PAD..q.u.len() - PAD).step_by(8) {
-            let chord = (at::<V>(&q.v, i) - at(&q.v, i - 1)) * inverse;
-            let (a, b) = (at::<V>(&q.theta, i - 1) - chord, at::<V>(&q.theta, i) - chord);
-            let stretch = at::<V>(&q.u, i) - at(&q.u, i - 1);
-            let EA = k * at(&elastic.axial, i);
-            let (tension, moments, across) = match curved {
-                None => {
-                    let [aa, ab, bb] = elastic.bending.each_ref().map(|x| k * at::<V>(x, i));
-                    (EA * stretch, [aa * a + ab * b, ab * a + bb * b], Pack::splat(0.0))
-                }
-                Some(curved) => {
-                    let (same, other) = (Pack::splat(SAME), Pack::splat(OTHER));
-                    let of_a = same * a + other * b;
-                    let of_b = same * b + other * a;
-                    let square = chord * chord + (a * of_a + b * of_b);
-                    let tension = EA * (stretch + half * square);
-                    let pull = tension * length;
-                    let (mut to_a, mut to_b) = (pull * of_a, pull * of_b);
-                    let mut to_chord = pull * chord;
-                    for point in 0..POINTS {
-                        let [slope, curvature] = shapes(elastic.rule[0][point]);
-                        let [slope_a, slope_b] = slope.map(Pack::<V>::splat);
-                        let [bend_a, bend_b] = curvature.map(Pack::<V>::splat);
-                        let s = chord + (a * slope_a + b * slope_b);
-                        let bend = a * bend_a + b * bend_b;
-                        let weight = Pack::splat(elastic.rule[1][point]) * inverse * k;
-                        let moment = weight * at(&curved[point], i) * bend;
-                        let by_bend = moment * (Pack::splat(1.0) + s * s);
-                        let by_slope = moment * bend * s;
-                        to_a = to_a + (by_bend * bend_a + by_slope * slope_a);
-                        to_b = to_b + (by_bend * bend_b + by_slope * slope_b);
-                        to_chord = to_chord + by_slope;
-                    }
-                    (tension, [to_a, to_b], to_chord)
-                }
-            };
-            tension.store(&mut axial[i..]);
-            ((across - (moments[0] + moments[1])) * inverse).store(&mut transverse[i..]);
-            moments[0].store(&mut left[i..]);
-            moments[1].store(&mut right[i..]);
+            let found = elastic.ends::<V>(curved, i, q);
+            for (end, found) in ends.iter_mut().zip(found) {
+                (k * found).store(&mut end[i..]);
+            }
         }
         // A node is the right end of its element and the left end of the next.
+        let [axial, transverse, left, right] = ends;
         for i in (PAD..q.u.len() - PAD).step_by(8) {
             (at::<V>(&out.u, i) - (at(axial, i) - at(axial, i + 1))).store(&mut out.u[i..]);
             (at::<V>(&out.v, i) - (at(transverse, i) - at(transverse, i + 1)))

@@ -18,6 +18,7 @@ mod rotation;
 
 use std::sync::{Arc, Mutex};
 
+pub use arrays::at;
 pub use arrays::{Across, Blocks, Fields, PAD, Skew, Symmetric, Tridiagonal};
 pub use chain::Chain;
 pub use elastic::{Elastic, Ends, POINTS};
@@ -270,6 +271,22 @@ impl Beam {
     /// What `theta'^2` pushes outward, on `v` and `theta`.
     pub fn outward(&self) -> &Blocks {
         &self.outward
+    }
+
+    /// `a`: how the beam couples to the rotation at rest.
+    pub fn lever(&self) -> &Fields {
+        &self.a
+    }
+
+    /// Inertia of the angle at rest, of a locked joint or a prescribed rotation.
+    pub fn inertia(&self) -> f64 {
+        let [m0, m1, j0] = self.moments;
+        let R = self.parameters.radius;
+        let hub = match self.parameters.hub {
+            Hub::Locked { inertia } | Hub::Jointed { inertia, .. } => inertia,
+            Hub::Driven(_) => 0.0,
+        };
+        hub + j0 + 2.0 * R * m1 + R * R * m0
     }
 
     /// `b`, the first moment along the beam times its distance.
