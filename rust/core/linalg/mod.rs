@@ -2,6 +2,7 @@
 
 pub mod cholesky;
 pub mod dense;
+pub mod jacobi;
 pub mod kernel;
 pub mod newton;
 pub mod pair;

@@ -10,10 +10,10 @@ use super::fused;
 use super::limit::Limit;
 use super::start::Starts;
 use crate::error::{Error, Result};
-use crate::linalg::kernel::dispatch;
+use crate::linalg::kernel::{Eight, dispatch, doubles, doubles_mut};
 use crate::method::{State, Stepper, Work};
 use crate::model::beam::{
-    Beam, Blocks, Chain, Factor, Fields, HubForces, Motion, Tridiagonal, solve_hub,
+    Beam, Blocks, Chain, Factor, Fields, HubForces, Motion, Rates, Tridiagonal, solve_hub,
 };
 
 /// What the residual is divided by.
@@ -22,7 +22,39 @@ enum Preconditioner {
     /// The tangent at each half step's start.
     Tangent(Chain),
     /// The whole Jacobian, in each iteration.
-    Full(Chain),
+    Full(Box<Whole>),
+}
+
+/// `M + delta C + delta^2 (K_T - theta'^2 Q) - 2 delta theta' G`.
+struct Whole {
+    /// What does not change where elasticity is linear; Q; G.
+    parts: [Chain; 3],
+    chain: Chain,
+}
+
+impl Whole {
+    fn new(beam: &Beam, delta: f64, matrices: &mut (Tridiagonal, Blocks)) -> Whole {
+        let mut parts = [(); 3].map(|()| Chain::new(beam.nodes()));
+        let ((axial, bending), (a, b)) = (beam.mass(), matrices);
+        let [alpha, beta] = beam.parameters().damping;
+        a.combine(1.0 + delta * alpha, axial, 0.0, axial);
+        b.combine(1.0 + delta * alpha, bending, 0.0, bending);
+        let stiffness = delta * beta + if beam.elastic().is_linear() { delta * delta } else { 0.0 };
+        beam.elastic().add_tangent(stiffness, None, a, b, None);
+        parts[0].set(a, b);
+        parts[1].set(axial, beam.outward());
+        parts[2].add_skew(1.0, beam.gyroscopic());
+        Whole { parts, chain: Chain::new(beam.nodes()) }
+    }
+
+    /// Whether the pivots are positive.
+    fn refresh(&mut self, delta: f64, theta: f64, curved: impl FnOnce(&mut Chain)) -> bool {
+        let [constant, outward, skew] = &self.parts;
+        let turn = delta * theta;
+        self.chain.combine(constant, -turn * turn, outward, -2.0 * turn, skew);
+        curved(&mut self.chain);
+        self.chain.factor()
+    }
 }
 
 pub struct BeamMidpoint {
@@ -35,6 +67,8 @@ pub struct BeamMidpoint {
     limit: Limit,
     preconditioner: Preconditioner,
     starts: Starts,
+    /// Rates, field after field, then those of the angles.
+    flat: Vec<Eight>,
     motion: Motion,
     /// The state where a half step begins, and its end.
     q: Fields,
@@ -70,7 +104,7 @@ impl BeamMidpoint {
         let mut matrices = (axial.clone(), bending.clone());
         let [alpha, beta] = beam.parameters().damping;
         let preconditioner = if full {
-            Preconditioner::Full(Chain::new(nodes))
+            Preconditioner::Full(Box::new(Whole::new(beam, delta, &mut matrices)))
         } else if beam.elastic().is_linear() {
             let (mass, stiffness) = (1.0 + delta * alpha, delta * delta + delta * beta);
             let (a, b) = &mut matrices;
@@ -87,14 +121,16 @@ impl BeamMidpoint {
             Preconditioner::Tangent(Chain::new(nodes))
         };
         let zeros = || Fields::zeros(nodes);
+        let len = 3 * zeros().u.len() / 8 + 1;
         Ok(BeamMidpoint {
             name,
             delta,
             halves,
-            plain: !full && beam.is_plain() && beam.parameters().damping == [0.0; 2],
+            plain: beam.is_plain() && beam.parameters().damping == [0.0; 2],
             limit: Limit::new(tolerance),
             preconditioner,
-            starts: Starts::new(beam, delta, halves),
+            starts: Starts::new(len, 2.0 * delta * beam.fastest(), halves),
+            flat: vec![Eight::ZERO; len],
             motion: Motion::new(beam),
             q: zeros(),
             p: zeros(),
@@ -114,9 +150,6 @@ impl BeamMidpoint {
 
     /// As [`half`](Self::half), where the fused passes cover all that acts.
     fn plain_half(&mut self, beam: &Beam, t: f64, work: &mut Work) -> Result<()> {
-        let Preconditioner::Constant(factor) = &self.preconditioner else {
-            unreachable!("linear elasticity")
-        };
         let (delta, free) = (self.delta, beam.angles() == 1);
         let t = t + delta;
         self.motion.turn(beam, t)?;
@@ -139,20 +172,40 @@ impl BeamMidpoint {
                 momenta: &mut self.mid,
                 residual: &mut self.residual,
                 column,
+                border: match &self.preconditioner {
+                    Preconditioner::Full(_) if free => Some([&mut self.swing, &mut *solved]),
+                    _ => None,
+                },
             });
             work.evaluations += 1;
-            if free && iteration == 1 {
-                solved.copy(column);
-                factor.solve(solved);
-            }
-            factor.solve(&mut self.residual);
+            let row = match &mut self.preconditioner {
+                Preconditioner::Constant(factor) => {
+                    if free && iteration == 1 {
+                        solved.copy(column);
+                        factor.solve(solved);
+                    }
+                    factor.solve(&mut self.residual);
+                    &*column
+                }
+                Preconditioner::Full(whole) => {
+                    if !whole.refresh(delta, theta, |_| ()) {
+                        return Err(beam.unstable(t, theta));
+                    }
+                    if free {
+                        whole.chain.solve(solved);
+                    }
+                    whole.chain.solve(&mut self.residual);
+                    &self.swing
+                }
+                Preconditioner::Tangent(_) => unreachable!("linear elasticity"),
+            };
             let mut change = 0.0;
             let inertia = beam.inertia() + 2.0 * reach + square;
             if free {
                 force = -spring * (self.angles[0] + delta * theta);
                 let held = self.momenta[0] + delta * force;
                 let [by_residual, by_column] =
-                    dispatch(fused::Products { column, one: &self.residual, two: solved });
+                    dispatch(fused::Products { column: row, one: &self.residual, two: solved });
                 let schur = inertia + delta * delta * spring - by_column;
                 if schur.is_nan() || schur <= 0.0 {
                     return Err(beam.indefinite(t, q));
@@ -169,7 +222,8 @@ impl BeamMidpoint {
                 start: &self.q,
                 q,
             });
-            let (moved, size) = (delta * moved.max(change.abs()), scale.max(delta * size));
+            let length = delta.abs();
+            let (moved, size) = (length * moved.max(change.abs()), scale.max(length * size));
             if self.limit.reached(self.name, t, iteration, moved, size, &mut last)? {
                 dispatch(fused::Advance {
                     beam,
@@ -213,9 +267,8 @@ impl BeamMidpoint {
             // D dw + C dphi' = -R and C^T dw + H dphi' = -r, by the Schur complement.
             match &self.preconditioner {
                 Preconditioner::Constant(factor) => factor.solve(&mut self.residual),
-                Preconditioner::Tangent(chain) | Preconditioner::Full(chain) => {
-                    chain.solve(&mut self.residual);
-                }
+                Preconditioner::Tangent(chain) => chain.solve(&mut self.residual),
+                Preconditioner::Full(whole) => whole.chain.solve(&mut self.residual),
             }
             let full = matches!(self.preconditioner, Preconditioner::Full(_));
             let Motion { geometry, rates, .. } = &mut self.motion;
@@ -251,8 +304,9 @@ impl BeamMidpoint {
                 rates.angles[j] += change[j];
             }
             rates.w.add(-1.0, &self.residual);
-            let moved = delta * change.iter().fold(self.residual.largest(), |x, c| x.max(c.abs()));
-            let size = scale.max(delta * rates.w.largest());
+            let length = delta.abs();
+            let moved = change.iter().fold(self.residual.largest(), |x, c| x.max(c.abs()));
+            let (moved, size) = (length * moved, scale.max(length * rates.w.largest()));
             if self.limit.reached(self.name, t, iteration, moved, size, &mut last)? {
                 self.advance(beam, forces, change);
                 return Ok(());
@@ -313,21 +367,19 @@ impl BeamMidpoint {
                 chain.add_cross(1.0, &self.cross);
                 chain.factor()
             }
-            Preconditioner::Full(chain) => {
-                // M + delta C + delta^2 (K_T - theta'^2 Q) - 2 delta theta' G
-                let [alpha, beta] = beam.parameters().damping;
-                let spin = -(delta * theta) * (delta * theta);
-                a.combine(1.0 + delta * alpha + spin, axial, 0.0, axial);
-                b.combine(1.0 + delta * alpha, bending, spin, beam.outward());
+            Preconditioner::Full(whole) => whole.refresh(delta, theta, |chain| {
+                if beam.elastic().is_linear() {
+                    return;
+                }
+                for field in a.parts_mut().into_iter().chain(b.parts_mut()) {
+                    field.fill(0.0);
+                }
                 self.cross.clear();
                 let stiffness = delta * delta;
                 beam.elastic().add_tangent(stiffness, Some(q), a, b, Some(&mut self.cross));
-                beam.elastic().add_tangent(delta * beta, None, a, b, None);
-                chain.set(a, b);
+                chain.add(a, b);
                 chain.add_cross(1.0, &self.cross);
-                chain.add_skew(-2.0 * delta * theta, beam.gyroscopic());
-                chain.factor()
-            }
+            }),
         };
         if !good {
             return Err(beam.unstable(t, theta));
@@ -344,9 +396,9 @@ impl BeamMidpoint {
                 match &self.preconditioner {
                     Preconditioner::Constant(factor) => factor.solve(solved),
                     Preconditioner::Tangent(chain) => chain.solve(solved),
-                    Preconditioner::Full(chain) => {
+                    Preconditioner::Full(whole) => {
                         solved.add(-delta, &self.swing);
-                        chain.solve(solved);
+                        whole.chain.solve(solved);
                     }
                 }
             }
@@ -380,6 +432,24 @@ impl BeamMidpoint {
     }
 }
 
+fn flatten(rates: &Rates, flat: &mut [Eight]) {
+    let len = rates.w.u.len();
+    let flat = doubles_mut(flat);
+    for (to, from) in flat.chunks_exact_mut(len).zip(rates.w.parts()) {
+        to.copy_from_slice(from);
+    }
+    flat[3 * len..3 * len + 2].copy_from_slice(&rates.angles);
+}
+
+fn unflatten(flat: &[Eight], rates: &mut Rates) {
+    let len = rates.w.u.len();
+    let flat = doubles(flat);
+    for (from, to) in flat.chunks_exact(len).zip(rates.w.parts_mut()) {
+        to.copy_from_slice(from);
+    }
+    rates.angles.copy_from_slice(&flat[3 * len..3 * len + 2]);
+}
+
 impl Stepper<Beam> for BeamMidpoint {
     fn carried_len(&self) -> usize {
         self.starts.carried_len()
@@ -406,14 +476,18 @@ impl Stepper<Beam> for BeamMidpoint {
             self.books.copy_from_slice(&z[2 * dof..]);
         }
         for half in 0..self.halves {
-            self.starts.guess(k, half, &state.carried, &mut self.motion.rates);
+            if k > 0 || half > 0 {
+                self.starts.guess(k, half, &state.carried, &mut self.flat);
+                unflatten(&self.flat, &mut self.motion.rates);
+            }
             let begin = t + 2.0 * self.delta * half as f64;
             let done = match self.plain {
                 true => self.plain_half(beam, begin, work),
                 false => self.half(beam, begin, work),
             };
             done.map_err(|error| error.in_step(k))?;
-            self.starts.keep(half, &self.motion.rates);
+            flatten(&self.motion.rates, &mut self.flat);
+            self.starts.keep(half, &self.flat);
         }
         if beam.can_degenerate() {
             self.motion.check(beam, t).map_err(|error| error.in_step(k))?;

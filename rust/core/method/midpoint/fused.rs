@@ -24,6 +24,9 @@ pub struct Residual<'a> {
     pub residual: &'a mut Fields,
     /// `c`.
     pub column: &'a mut Fields,
+    /// Where the whole Jacobian is wanted: its row and column of the angle, `c + delta d` and `c - delta
+    /// d` with `d = G w + 2 theta' (b + Q q)`.
+    pub border: Option<[&'a mut Fields; 2]>,
 }
 
 impl Body for Residual<'_> {
@@ -31,7 +34,8 @@ impl Body for Residual<'_> {
 
     #[inline(always)]
     fn run<V: Lanes>(self) -> [f64; 3] {
-        let Residual { beam, delta, theta, q, w, start, momenta, residual, column } = self;
+        let Residual { beam, delta, theta, q, w, start, momenta, residual, column, .. } = self;
+        let mut border = self.border;
         let (axial, bending) = beam.mass();
         let (skew, outward, elastic) = (beam.gyroscopic(), beam.outward(), beam.elastic());
         let (a, b) = (beam.lever(), beam.arm());
@@ -61,6 +65,11 @@ impl Body for Residual<'_> {
                 c[part].store(&mut column.parts_mut()[part][i..]);
                 sums[0] = sums[0] + c[part] * at(x, i);
                 sums[2] = sums[2] + out[part] * at(q.parts()[part], i);
+                if let Some([row, column]) = &mut border {
+                    let swing = delta * (turned[part] + (rate + rate) * pushed[part]);
+                    (c[part] + swing).store(&mut row.parts_mut()[part][i..]);
+                    (c[part] - swing).store(&mut column.parts_mut()[part][i..]);
+                }
             }
             sums[1] = sums[1] + reach * at(&q.u, i);
         }

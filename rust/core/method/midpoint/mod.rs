@@ -6,11 +6,13 @@
 mod beam;
 mod fused;
 mod limit;
+mod modal;
 mod start;
 
 use super::{Bound, MethodInfo, Needs, OptionInfo, Options, Step, runge_kutta};
 use crate::error::{Error, Result};
 use crate::linalg::dense::Watch;
+use crate::model::beam::FEW;
 use crate::system::Problem;
 use crate::tableau;
 
@@ -74,9 +76,15 @@ fn build(
         return Err(Error::argument("tolerance: must be from 1e-16 to 1"));
     }
     match problem {
+        Problem::Beam(beam) if !full && beam.is_plain() && beam.nodes() <= FEW => {
+            let method = modal::ModalMidpoint::new(name, beam, h, halves, tolerance);
+            let choice = "modal coordinates: few elements".to_string();
+            Ok(Box::new(Bound::new(method, beam.clone(), choice)))
+        }
         Problem::Beam(beam) => {
             let method = beam::BeamMidpoint::new(name, beam, h, halves, full, tolerance)?;
-            Ok(Box::new(Bound::new(method, beam.clone(), String::new())))
+            let choice = if full { "the whole Jacobian" } else { "nodal coordinates" };
+            Ok(Box::new(Bound::new(method, beam.clone(), choice.into())))
         }
         _ => {
             let stages = if halves == 2 { tableau::SRK2 } else { tableau::GAUSS2 };

@@ -196,6 +196,11 @@ impl Tridiagonal {
         }
     }
 
+    /// All diagonals.
+    pub fn parts_mut(&mut self) -> [&mut Vec<f64>; 2] {
+        [&mut self.own, &mut self.next]
+    }
+
     /// `self <- k A + l B`.
     pub fn combine(&mut self, k: f64, a: &Tridiagonal, l: f64, b: &Tridiagonal) {
         mix(&mut self.own, k, &a.own, l, &b.own);
@@ -239,6 +244,11 @@ impl Blocks {
         for (at, [i, j]) in [[0, 2], [0, 3], [1, 2], [1, 3]].into_iter().enumerate() {
             self.next[at][right - 1] += k * m[i][j];
         }
+    }
+
+    /// All diagonals.
+    pub fn parts_mut(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
+        self.own.iter_mut().chain(&mut self.next)
     }
 
     /// `self <- k A + l B`.

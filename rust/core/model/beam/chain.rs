@@ -24,14 +24,23 @@ impl Chain {
 
     /// Sets a symmetric matrix with `u` apart.
     pub fn set(&mut self, axial: &Tridiagonal, bending: &Blocks) {
+        for part in [&mut self.own, &mut self.next, &mut self.back] {
+            part.fill([[0.0; 3]; 3]);
+        }
+        self.add(axial, bending);
+    }
+
+    /// Adds a symmetric matrix with `u` apart.
+    pub fn add(&mut self, axial: &Tridiagonal, bending: &Blocks) {
         for i in 0..self.own.len() {
             let at = PAD + i;
             let [vv, vt, tt] = bending.own.each_ref().map(|x| x[at]);
-            self.own[i] = [[axial.own[at], 0.0, 0.0], [0.0, vv, vt], [0.0, vt, tt]];
+            add(&mut self.own[i], &[[axial.own[at], 0.0, 0.0], [0.0, vv, vt], [0.0, vt, tt]]);
             let [vv, vt, tv, tt] = bending.next.each_ref().map(|x| x[at]);
-            self.next[i] = [[axial.next[at], 0.0, 0.0], [0.0, vv, vt], [0.0, tv, tt]];
-            if i > 0 {
-                self.back[i] = transposed(&self.next[i - 1]);
+            let next = [[axial.next[at], 0.0, 0.0], [0.0, vv, vt], [0.0, tv, tt]];
+            add(&mut self.next[i], &next);
+            if i + 1 < self.own.len() {
+                add(&mut self.back[i + 1], &transposed(&next));
             }
         }
     }
@@ -49,6 +58,25 @@ impl Chain {
                     self.back[i + 1][c + 1][0] -= k * skew.next[c][at];
                     self.back[i + 1][0][c + 1] += k * skew.back[c][at];
                     self.next[i][c + 1][0] -= k * skew.back[c][at];
+                }
+            }
+        }
+    }
+
+    /// `self <- A + k B + l C`.
+    pub fn combine(&mut self, a: &Chain, k: f64, b: &Chain, l: f64, c: &Chain) {
+        let rows = [
+            (&mut self.own, &a.own, &b.own, &c.own),
+            (&mut self.next, &a.next, &b.next, &c.next),
+            (&mut self.back, &a.back, &b.back, &c.back),
+        ];
+        for (out, a, b, c) in rows {
+            let blocks = out.iter_mut().zip(a).zip(b.iter().zip(c));
+            for ((out, a), (b, c)) in blocks {
+                for r in 0..3 {
+                    for s in 0..3 {
+                        out[r][s] = a[r][s] + (k * b[r][s] + l * c[r][s]);
+                    }
                 }
             }
         }
@@ -125,6 +153,12 @@ impl Chain {
             x.theta[at] -= taken[2];
             last = [x.u[at], x.v[at], x.theta[at]];
         }
+    }
+}
+
+fn add(to: &mut Block, from: &Block) {
+    for (to, from) in to.iter_mut().flatten().zip(from.iter().flatten()) {
+        *to += from;
     }
 }
 

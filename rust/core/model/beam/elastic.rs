@@ -82,6 +82,36 @@ impl Elastic {
         self.length
     }
 
+    /// `F` with `K = F^T F`, row by row, in the order `u1 v1 theta1 u2 ..`: a row for each way an
+    /// element deforms.
+    pub fn deformations(&self) -> Vec<f64> {
+        let elements = self.axial[PAD..].iter().take_while(|x| **x != 0.0).count();
+        let (N, l) = (3 * elements, self.length);
+        let mut rows = Vec::with_capacity(3 * elements * N);
+        for e in 0..elements {
+            let i = PAD + e;
+            let [aa, ab, bb] = self.bending.each_ref().map(|x| x[i]);
+            // aa a^2 + 2 ab a b + bb b^2 = (f a + g b)^2 + (h b)^2
+            let f = aa.sqrt();
+            let (g, h) = (ab / f, (bb - ab * ab / aa).sqrt());
+            let stretch = self.axial[i].sqrt();
+            // Of (u, v, theta) of both nodes.
+            let one = [0.0, (f + g) / l, f, 0.0, -(f + g) / l, g];
+            let two = [0.0, h / l, 0.0, 0.0, -h / l, h];
+            for deformed in [[-stretch, 0.0, 0.0, stretch, 0.0, 0.0], one, two] {
+                let mut row = vec![0.0; N];
+                for (at, x) in deformed.into_iter().enumerate() {
+                    // The first node is clamped.
+                    if let Some(at) = (3 * e + at).checked_sub(3) {
+                        row[at] = x;
+                    }
+                }
+                rows.extend(row);
+            }
+        }
+        rows
+    }
+
     /// Whether forces are linear in displacements.
     pub fn is_linear(&self) -> bool {
         self.curved.is_none()

@@ -13,6 +13,7 @@ mod chain;
 mod elastic;
 mod factor;
 mod loads;
+mod modal;
 mod motion;
 mod rotation;
 
@@ -24,6 +25,7 @@ pub use chain::Chain;
 pub use elastic::{Elastic, Ends, POINTS};
 pub use factor::Factor;
 pub use loads::{Applied, Loads};
+pub use modal::{FEW, Frame, Modal};
 pub use motion::{Geometry, HubForces, Motion, Rates, solve_hub};
 pub use rotation::{Prescribed, SpinUp, Table};
 

@@ -521,6 +521,27 @@ impl Beam {
         result
     }
 
+    /// Shows rates `q'` and the first angle's of a state.
+    ///
+    /// # Errors
+    /// As [`Flow::rate`].
+    pub fn start(&self, t: f64, z: &[f64], show: impl FnOnce(&[f64], f64)) -> Result<()> {
+        self.with_motion(|motion| {
+            motion.start(self, t, z)?;
+            let mut w = vec![0.0; 3 * self.nodes];
+            motion.rates.w.write(&mut w);
+            show(&w, motion.rates.angles[0]);
+            Ok(())
+        })
+    }
+
+    /// As [`indefinite`](Self::indefinite), at displacements `u1 v1 theta1 u2 ..`.
+    pub fn indefinite_at(&self, t: f64, q: &[f64]) -> Box<Error> {
+        let mut fields = Fields::zeros(self.nodes);
+        fields.read(q);
+        self.indefinite(t, &fields)
+    }
+
     /// Momenta of displacements, angles and rates, `[q; phi; q'; phi']`, in place of the rates.
     ///
     /// # Errors
