@@ -205,9 +205,7 @@ impl Body for Half<'_> {
         }
         let scale = size0.largest();
         let mut last = f64::INFINITY;
-        let mut evaluations = 0;
-        for iteration in 1.. {
-            evaluations += 1;
+        for iteration in 1..=u32::MAX {
             products::<V>(modal, x, w, gx, qx, gw);
             let (rate, square) = (Pack::<V>::splat(theta), Pack::splat(theta * theta));
             let (mut cw, mut bx, mut xqx) = (zero, zero, zero);
@@ -286,7 +284,7 @@ impl Body for Half<'_> {
                 momentum: momentum + 2.0 * delta * (force - delta * spring * turned),
                 work: 2.0 * delta * power,
                 loss: 2.0 * delta * ww.sum(),
-                evaluations,
+                evaluations: u64::from(iteration),
             }));
         }
         unreachable!("the loop ends at its cap")
