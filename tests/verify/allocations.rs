@@ -12,6 +12,11 @@ thread_local! {
     static COUNT: Cell<u64> = const { Cell::new(0) };
 }
 
+/// What this thread has asked for so far.
+pub fn allocated() -> u64 {
+    COUNT.get()
+}
+
 /// The system's allocator, counting what each thread asks for.
 struct Counting;
 

@@ -1,6 +1,7 @@
 //! Claims about the core, one module a subject.
 
 mod allocations;
+mod beams;
 mod exponentials;
 mod labels;
 mod levels;

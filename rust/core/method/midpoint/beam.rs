@@ -236,6 +236,7 @@ impl BeamMidpoint {
                     p: &mut self.p,
                     q: &mut self.q,
                 });
+                geometry.inertia[0][0] = inertia;
                 if free {
                     self.angles[0] += 2.0 * delta * rates.angles[0];
                     // Where nothing acts on the angle its momentum is kept to the last bit.

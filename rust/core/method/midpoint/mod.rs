@@ -62,7 +62,7 @@ fn build(
     options: &Options,
     watch: &mut Watch,
 ) -> Result<Box<dyn Step>> {
-    let full = match options.text("newton")? {
+    let asked = match options.text("newton")? {
         None | Some("constant") => false,
         Some("full") => true,
         Some(other) => {
@@ -76,12 +76,15 @@ fn build(
         return Err(Error::argument("tolerance: must be from 1e-16 to 1"));
     }
     match problem {
-        Problem::Beam(beam) if !full && beam.is_plain() && beam.nodes() <= FEW => {
+        Problem::Beam(beam) if !asked && beam.is_plain() && beam.nodes() <= FEW => {
             let method = modal::ModalMidpoint::new(name, beam, h, halves, tolerance);
             let choice = "modal coordinates: few elements".to_string();
             Ok(Box::new(Bound::new(method, beam.clone(), choice)))
         }
         Problem::Beam(beam) => {
+            // Beside a clamped beam of many elements a joint has next to no inertia of its own: what a
+            // constant preconditioner leaves out would be magnified.
+            let full = asked || beam.angles() == 2;
             let method = beam::BeamMidpoint::new(name, beam, h, halves, full, tolerance)?;
             let choice = if full { "the whole Jacobian" } else { "nodal coordinates" };
             Ok(Box::new(Bound::new(method, beam.clone(), choice.into())))

@@ -1,6 +1,8 @@
 //! Gauss methods: collocation at Gauss points, of the highest order there is, symplectic and symmetric.
 
-use super::{MethodInfo, Needs, Step, runge_kutta};
+mod beam;
+
+use super::{Bound, MethodInfo, Needs, Step, runge_kutta};
 use crate::error::Result;
 use crate::linalg::dense::Watch;
 use crate::system::Problem;
@@ -65,5 +67,12 @@ fn build(
     h: f64,
     watch: &mut Watch,
 ) -> Result<Box<dyn Step>> {
-    runge_kutta::build(name, tableau.into(), problem, h, watch)
+    match problem {
+        Problem::Beam(beam) if beam.is_plain() && beam.nodes() <= beam::MOST => {
+            let method = beam::GaussBeam::new(name, tableau, beam, h)?;
+            let choice = "modes of beam and hub, solved within the stages".to_string();
+            Ok(Box::new(Bound::new(method, beam.clone(), choice)))
+        }
+        _ => runge_kutta::build(name, tableau.into(), problem, h, watch),
+    }
 }
