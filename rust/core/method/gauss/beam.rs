@@ -47,6 +47,8 @@ pub struct GaussBeam {
     matrices: [Vec<f64>; 2],
     inertia: f64,
     spring: f64,
+    /// Whether inertia can be lost to foreshortening.
+    guarded: bool,
     /// Modal coordinates and momenta with their remainders, and of the angle: 4 packs of rows.
     state: Vec<f64>,
     /// Stages, their rates and the remainders of these.
@@ -133,6 +135,7 @@ impl GaussBeam {
             matrices,
             inertia: beam.inertia(),
             spring: beam.springs()[0],
+            guarded: beam.can_degenerate(),
             state: vec![0.0; 4 * N],
             stages: zeros(2 * N),
             rates: zeros(2 * N),
@@ -331,6 +334,17 @@ impl<const S: usize> Body for Solve<'_, S> {
                     let (sum, lost) =
                         compensated(method.state[k], method.state[2 * N + k], total.sum());
                     (method.state[k], method.state[2 * N + k]) = (sum, lost);
+                }
+                if method.guarded {
+                    // Where the step ends, by a sweep whose rates nobody needs.
+                    let books = (method.hub, method.books);
+                    for k in 0..2 * N {
+                        packs_mut::<V>(&mut method.stages)[k] = Pack::splat(method.state[k]);
+                    }
+                    if !evaluate::<V, S>(method) {
+                        return Ending::Indefinite;
+                    }
+                    (method.hub, method.books) = books;
                 }
                 return Ending::Done(iteration);
             }

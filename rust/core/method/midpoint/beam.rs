@@ -236,7 +236,6 @@ impl BeamMidpoint {
                     p: &mut self.p,
                     q: &mut self.q,
                 });
-                geometry.inertia[0][0] = inertia;
                 if free {
                     self.angles[0] += 2.0 * delta * rates.angles[0];
                     // Where nothing acts on the angle its momentum is kept to the last bit.
@@ -491,6 +490,8 @@ impl Stepper<Beam> for BeamMidpoint {
             self.starts.keep(half, &self.flat);
         }
         if beam.can_degenerate() {
+            self.motion.q.copy(&self.q);
+            self.motion.place(beam);
             self.motion.check(beam, t).map_err(|error| error.in_step(k))?;
         }
         self.starts.store(k, &mut state.carried);

@@ -187,6 +187,7 @@ impl Body for Half<'_> {
         let (x0, y0) = (packs_mut::<V>(x0), packs_mut::<V>(y0));
         let (w, last_rate) = rates.split_at_mut(height);
         let mut theta = last_rate[0].0[0];
+        let rest_inertia = *inertia;
         let (x, rest) = work.split_at_mut(height);
         let (gx, rest) = rest.split_at_mut(height);
         let (qx, rest) = rest.split_at_mut(height);
@@ -230,7 +231,7 @@ impl Body for Half<'_> {
                 cs = cs + c * s;
                 ww = ww + damping[i] * w * w;
             }
-            let inertia = *inertia + (2.0 * bx.sum() + xqx.sum());
+            let inertia = rest_inertia + (2.0 * bx.sum() + xqx.sum());
             let coupled = cw.sum();
             let (mut turned, mut force) = (0.0, 0.0);
             if driven.is_none() {
@@ -266,16 +267,26 @@ impl Body for Half<'_> {
                 continue;
             }
             let (twice, two) = (Pack::<V>::splat(2.0 * delta), Pack::<V>::splat(2.0));
-            let mut cc = zero;
             for i in 0..height {
                 let c = packs::<V>(column)[i];
                 let middle = (packs::<V>(mid)[i] - packs::<V>(change)[i]) + by * c;
                 y0[i] = two * middle - y0[i];
                 x0[i] = x0[i] + twice * packs::<V>(w)[i];
-                cc = cc + c * c;
+                packs_mut::<V>(x)[i] = x0[i];
             }
-            if *guarded && inertia - cc.sum() <= 0.0 {
-                return Ok(None);
+            if *guarded {
+                // m - c.c where the half step ends.
+                products::<V>(modal, x, w, gx, qx, gw);
+                let (mut bx, mut xqx, mut cc) = (zero, zero, zero);
+                for i in 0..height {
+                    let (x, c) = (packs::<V>(x)[i], a[i] - packs::<V>(gx)[i]);
+                    bx = bx + b[i] * x;
+                    xqx = xqx + x * packs::<V>(qx)[i];
+                    cc = cc + c * c;
+                }
+                if rest_inertia + (2.0 * bx.sum() + xqx.sum()) <= cc.sum() {
+                    return Ok(None);
+                }
             }
             last_rate[0].0[0] = theta;
             // Where nothing acts on the angle its momentum is kept to the last bit.
