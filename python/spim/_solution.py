@@ -7,6 +7,7 @@ import numpy as np
 from spim._arrays import finite
 from spim._balance import dissipated_and_work
 from spim._core import UnsupportedError
+from spim._save import save
 from spim._walk import walk
 
 
@@ -153,6 +154,46 @@ class Solution:
     def energy(self):
         """Energies of the stored states, (k,); `UnsupportedError` where the system has none."""
         return self.system.energy(self.z)
+
+    def save(self, path):
+        """Write what is stored to a file, by its suffix.
+
+        Parameters
+        ----------
+        path : str or Path
+            ``.npz``: t, z (or outputs), of a rotating beam every array there is, and
+            ``spim_version``, ``method``, ``step`` and ``model``: TOML text, empty where the model
+            cannot be expressed so; `numpy.load` reads it. ``.csv``: a line a time, below a line of
+            names, with units where they are known; 17 digits. A file that is there is overwritten.
+
+        Raises
+        ------
+        ValueError
+            Another suffix.
+        OSError
+            The file cannot be written.
+        ModelError
+            A beam's state without an energy, where a run has left what its coupling describes.
+        """
+        save(self, path)
+
+    def _saved_arrays(self):
+        """Arrays by name, time first."""
+        name = "outputs" if self._only_outputs else "z"
+        return {"t": self.t, name: getattr(self, name)}
+
+    def _saved_columns(self):
+        """Columns (k,) by their headings; the units of a state are its system's."""
+        name, rows = ("output", self.outputs) if self._only_outputs else ("z", self.z)
+        return {"t": self.t} | {f"{name}{i}": x for i, x in enumerate(rows.T, 1)}
+
+    def _model_text(self):
+        """The system as TOML, or nothing."""
+        return ""
+
+    @property
+    def _only_outputs(self):
+        return "outputs" in self.__dict__
 
     def __call__(self, t):
         """State at any time of the run.

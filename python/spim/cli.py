@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 import spim
-from spim import studies
+from spim import _beam_command, studies
 
 
 class _Parser(argparse.ArgumentParser):
@@ -66,6 +66,8 @@ def _parser():
         "--quick", action="store_true", help="shorten the runs that go beyond the paper"
     )
     reproduce.set_defaults(run=_reproduce, parser=reproduce)
+
+    _beam_command.add(commands)
 
     methods = commands.add_parser("methods", help="list the integration methods")
     methods.set_defaults(run=_methods)

@@ -5,6 +5,7 @@ import functools
 import numpy as np
 
 from spim._solution import Solution
+from spim.models import _beam_files as files
 
 
 class BeamSolution(Solution):
@@ -117,6 +118,48 @@ class BeamSolution(Solution):
             ],
             -1,
         )
+
+    def to_vtk(self, folder, every=1):
+        """Write the moving beam for ParaView: lines in the plane, a file a stored state.
+
+        Parameters
+        ----------
+        folder : str or Path
+            Made if need be; gets ``beam.pvd``, which names files and times, and ``beam_0000.vtu``
+            and so on. Points are those of `frames`, m, with z = 0; their data u, v [m], theta
+            [rad] in the beam's frame, and velocity [m/s] in the plane.
+        every : int
+            Only each `every`-th stored state is written, and the last one.
+
+        Returns
+        -------
+        Path
+            Of ``beam.pvd``.
+
+        Raises
+        ------
+        ValueError, TypeError
+            `every` that is no whole number above 0.
+        ImportError
+            meshio is not installed; the extra ``vtk`` brings it.
+        OSError
+            The folder cannot be written to.
+        """
+        return files.write_vtk(self, folder, every)
+
+    def _saved_arrays(self):
+        if self._only_outputs:
+            return super()._saved_arrays()
+        return {name: getattr(self, name) for name in files.ARRAYS}
+
+    def _saved_columns(self):
+        return super()._saved_columns() if self._only_outputs else files.columns(self)
+
+    def _model_text(self):
+        try:
+            return self.system.to_toml()
+        except ValueError:
+            return ""  # a function among its arguments
 
     def _shortening(self):
         """``-1/2 integral of v'^2`` from the root to each node, (k, n)."""

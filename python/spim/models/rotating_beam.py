@@ -10,6 +10,7 @@ from spim import _core
 from spim._arrays import finite
 from spim._systems import System
 from spim.models import _finite_elements as fe
+from spim.models import _toml
 from spim.models import rotation as rotations
 from spim.models._applied import Applied
 from spim.models._beam_modes import BeamAnalysis
@@ -196,6 +197,46 @@ class RotatingBeam(BeamAnalysis, System):
 
     def __reduce__(self):
         return _made, (self._given,)
+
+    def to_toml(self):
+        """The model as TOML text, units in comments.
+
+        Returns
+        -------
+        str
+            `from_toml` makes the same model of it, to the last bit.
+
+        Raises
+        ------
+        ValueError
+            An argument that is a function, or an object that TOML has no table for; it is named.
+        """
+        return _toml.written(self)
+
+    @classmethod
+    def from_toml(cls, source):
+        """The model of TOML text or of a file.
+
+        Parameters
+        ----------
+        source : str or Path
+            Text of several lines as `to_toml` writes it, with tables ``[beam]``, ``[section]`` and,
+            where the rotation is prescribed, ``[rotation]``; or the path of such a file. The tables
+            ``[run]`` and ``[output]`` of the command ``spim beam`` may be there and are not read.
+
+        Returns
+        -------
+        RotatingBeam
+
+        Raises
+        ------
+        ValueError
+            No TOML; a table or key that is missing, not known, or of the wrong type; what the model
+            itself refuses. Table and key are named.
+        OSError
+            The file cannot be read.
+        """
+        return cls(**_toml.arguments(_toml.read(source)))
 
     def _matrices(self):
         """None of a linear structure's."""

@@ -111,6 +111,9 @@ class Trapezoid(RotationTable):
         for name, value in spans.items():
             if value < 0.0 or (value == 0.0 and name != "hold"):
                 raise ValueError(f"{name}: must be positive, got {value:g} s")
+        self.speed = float(finite("speed", speed, ()))
+        self.rise, self.hold, self.fall = spans["rise"], spans["hold"], spans.get("fall")
+        self.start = float(finite("start", start, ()))
         speeds = [0.0, speed] + ([speed] if hold > 0.0 else []) + ([] if fall is None else [0.0])
         if hold == 0.0:
             del spans["hold"]
