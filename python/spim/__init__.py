@@ -6,7 +6,7 @@ can trust overnight. The numbers are crunched in Rust; a state is ``z = [q; p]``
 Start with `expm`, `Propagator`, or `integrate` and a system such as `LinearSystem`.
 """
 
-from spim import damping, loads, models
+from spim import damping, loads, models, tableau
 from spim._core import (
     ConvergenceError,
     InternalError,
@@ -30,6 +30,7 @@ from spim._structural import StructuralSystem
 from spim._sweep import FailedCase, sweep
 from spim._systems import LinearSystem
 from spim._versions import __version__, show_versions
+from spim.tableau import RungeKutta
 
 __all__ = [
     "ConvergenceError",
@@ -40,6 +41,7 @@ __all__ = [
     "PrecisionWarning",
     "Propagator",
     "Run",
+    "RungeKutta",
     "SingularMatrixError",
     "Solution",
     "SpimError",
@@ -59,4 +61,5 @@ __all__ = [
     "phi",
     "show_versions",
     "sweep",
+    "tableau",
 ]

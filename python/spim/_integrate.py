@@ -8,6 +8,7 @@ from spim._arrays import degrees, finite
 from spim._progress import reporter
 from spim._systems import System
 from spim._walk import walk
+from spim.tableau import RungeKutta
 
 
 def integrate(
@@ -28,7 +29,7 @@ def integrate(
 
     Parameters
     ----------
-    system : LinearSystem
+    system : LinearSystem or models.RotatingBeam
         What to integrate, ``z = [q; p]``.
     z0 : array_like (m,)
         State at ``t_span[0]``.
@@ -38,8 +39,9 @@ def integrate(
         Positive. A span that is no multiple of it is divided into ``ceil(span / step)`` equal
         steps, with a warning; a ratio within 1e-9 of an integer counts as that integer and keeps
         `step`.
-    method : str
-        One of `methods`. "auto" takes the most exact one and says why in ``solution.method``.
+    method : str or RungeKutta
+        One of `methods`, or a tableau. "auto" takes the most exact one and says why in
+        ``solution.method``.
     t_eval : array_like (k,), optional
         Times to return the states at, within the span and in its direction: multiples of the step
         are taken from the run, others reached by a step of their own. The whole run is held in
@@ -71,7 +73,9 @@ def integrate(
     UnsupportedError
         A method that cannot treat the system.
     ModelError
-        The state is not finite any more.
+        The state is not finite any more, or outside what its model describes.
+    ConvergenceError
+        An implicit step was not solved; the step is too large.
     OverflowError, SingularMatrixError, MemoryError
         The exponential of a step exceeds 1.8e308, a ratio has a singular denominator, the result
         is larger than the memory to be had: before the first step.
@@ -91,13 +95,18 @@ def integrate(
         raise TypeError(
             f"system: must be a spim system such as spim.LinearSystem, got {type(system).__name__}"
         )
+    if isinstance(method, RungeKutta):
+        method, options = "runge_kutta", {**options, **method._options()}
     if not isinstance(method, str):
-        raise TypeError(f"method: must be a string, got {type(method).__name__}")
+        raise TypeError(
+            f"method: must be a string or a spim.RungeKutta, got {type(method).__name__}"
+        )
     t0, t1 = _span(t_span)
     times = _times(t_eval, t0, t1, every)
     shown = None if outputs is None else _outputs(outputs, system.size)
     with reporter(progress) as report:
         step = _number("step", step)
+        system._warn_before(method, step)
         # Times between grid points are reached from states.
         kept = shown if times is None else None
         run = walk(system, z0, t0, t1, step, method, every, options, report, kept)

@@ -19,6 +19,9 @@ class System:
         """Length m of the state."""
         raise NotImplementedError
 
+    def _warn_before(self, method, step):
+        """Warns of a method that cannot be right with this step."""
+
     def _solution(self, run, options, shown):
         """What a run gives back."""
         return Solution(self, run, options, shown)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from spim._arrays import finite, mode_shapes
+from spim.models import _beam_plots as plots
 from spim.models import _finite_elements as fe
 
 UNITS = {"rad/s": 1.0, "Hz": 2.0 * np.pi, "rpm": 2.0 * np.pi / 60.0}
@@ -80,9 +81,7 @@ class Campbell:
         -------
         matplotlib.axes.Axes
         """
-        from spim.models._beam_plots import axes
-
-        ax = axes(ax)
+        ax = plots.axes(ax)
         unit = UNITS[self.unit]
         along = self.speeds / unit
         for column, label in zip(self.frequencies.T, self.labels, strict=True):
@@ -101,6 +100,21 @@ class Campbell:
 
 class BeamAnalysis:
     """What a `RotatingBeam` tells without being integrated."""
+
+    def sketch(self, ax=None, what="model"):
+        """Draw the model as the paper's Figs. 1 to 3 do.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+        what : {"model", "elements"}
+            Hub, beam and tip mass in the plane, or the elements with the taper.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+        """
+        return plots.sketch(self, ax, what)
 
     def modal(self, hub="free"):
         """Modes of the whole system about its static equilibrium.
@@ -134,7 +148,9 @@ class BeamAnalysis:
         small = 1e-9 * squares.max() / len(squares) ** 2 * np.finfo(float).eps ** 0.5
         squares = np.where(np.abs(squares) <= small, 0.0, squares)
         if (squares < 0.0).any():
-            raise ValueError("modal: the equilibrium is unstable; gravity or a spring pushes it away")
+            raise ValueError(
+                "modal: the equilibrium is unstable; gravity or a spring pushes it away"
+            )
         return BeamModes(np.sqrt(squares), shapes, self._labels(squares, shapes))
 
     def steady_state(self, speed):

@@ -6,6 +6,7 @@ import numpy as np
 
 from spim._solution import Solution
 from spim.models import _beam_files as files
+from spim.models import _beam_plots as plots
 
 
 class BeamSolution(Solution):
@@ -204,6 +205,54 @@ class BeamSolution(Solution):
         t, row = self._start
         start = self.system.energy(self._shown(row), t)
         return self.energy - start + self.dissipated - self.work
+
+    def plot_energy(self, ax=None, relative=False):
+        """Draw the energy over time, with work and dissipation where there are any.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+        relative : bool
+            Draw ``H/H0 - 1`` instead.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+        """
+        return plots.plot_energy(self, ax, relative)
+
+    def plot_response(self, ax=None, quantities=("tip_u", "tip_v")):
+        """Draw quantities over time.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+        quantities : sequence of str
+            Names of attributes with one number a time.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+        """
+        return plots.plot_response(self, ax, quantities)
+
+    def animate(self, path, frames=120, fps=25):
+        """Write the motion in the plane as a film.
+
+        Parameters
+        ----------
+        path : str or Path
+            Ending in ``.gif`` or ``.html``.
+        frames : int
+            Pictures at most.
+        fps : float
+            Pictures a second.
+
+        Returns
+        -------
+        Path
+        """
+        return plots.animate(self, path, frames, fps)
 
 
 def _over(function, t):

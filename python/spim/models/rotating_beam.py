@@ -2,6 +2,7 @@
 
 import functools
 import math
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,9 @@ from spim.models._applied import Applied
 from spim.models._beam_modes import BeamAnalysis
 from spim.models._beam_solution import BeamSolution
 from spim.models.sections import DistributedSection, TaperedSection
+
+# Where RK4 stops being stable, w_max h.
+EXPLICIT_LIMIT = 2.828
 
 COUPLINGS = ("foac", "zoac", "third")
 
@@ -240,6 +244,16 @@ class RotatingBeam(BeamAnalysis, System):
 
     def _matrices(self):
         """None of a linear structure's."""
+
+    def _warn_before(self, method, step):
+        if method == "rk4":
+            phase = self._core.fastest * step
+            if phase > EXPLICIT_LIMIT:
+                warnings.warn(
+                    f"rk4: w_max h = {phase:.2f} exceeds {EXPLICIT_LIMIT}: the run will blow up; "
+                    f"take steps below {EXPLICIT_LIMIT / self._core.fastest:.3g} s, or srk2",
+                    stacklevel=3,
+                )
 
     def _solution(self, run, options, shown):
         return BeamSolution(self, run, options, shown)

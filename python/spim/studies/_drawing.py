@@ -39,6 +39,9 @@ def beside_paper(comparison):
         _draw_known(left, right[0], comparison.known)
     if paper.largest is not None:
         _draw_band(left, right[0], paper)
+    elif comparison.known is None:
+        text = "the curve is not available:\nthe paper's axis"
+        left.text(0.5, 0.5, text, ha="center", va="center", fontsize=9, transform=left.transAxes)
     _draw_curves(right[0], curves, paper.exponent)
     t = curves[0].t
     for axes in (left, *right):
@@ -51,7 +54,7 @@ def beside_paper(comparison):
         _label(right[1], paper, comparison.apart_exponent)
         right[0].set(xlabel="", xticklabels=[])
     _write(notes[0], paper.words)
-    _legend(notes[1], right, title="largest error over the run")
+    _legend(notes[1], right, title=comparison.notes)
     return figure
 
 

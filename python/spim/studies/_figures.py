@@ -72,6 +72,8 @@ class Comparison:
         What the paper gives as a formula; drawn on both sides.
     reference : dict of str to sequence, optional
         Columns to go into the table before ours.
+    notes : str
+        What the notes of the curves are.
     """
 
     paper: PaperFigure
@@ -80,6 +82,7 @@ class Comparison:
     apart_exponent: int = -15
     known: Curve | None = None
     reference: dict = field(default_factory=dict)
+    notes: str = "largest error over the run"
 
     @property
     def name(self):
@@ -107,7 +110,8 @@ class Comparison:
         if self.paper.largest is not None:
             theirs.append(f"a band for the paper's largest, {number(self.paper.largest)} m")
         ours = "; ".join(f"{c.label}, {c.note}" for c in self.curves + self.apart)
-        return f"{self.title}. Left: {', '.join(theirs)}. Right, with the largest errors: {ours}."
+        left = ", ".join(theirs) or "the paper's axis and its words, its curve is not available"
+        return f"{self.title}. Left: {left}. Right, with notes ({self.notes}): {ours}."
 
 
 @dataclass(frozen=True)

@@ -183,6 +183,12 @@ impl RotatingBeam {
         self.beam.len()
     }
 
+    /// An upper estimate of the largest natural frequency of the clamped beam, rad/s.
+    #[getter]
+    fn fastest(&self) -> f64 {
+        self.beam.fastest()
+    }
+
     /// Energies of states (k, m) at times (k,).
     fn energy<'py>(
         &self,

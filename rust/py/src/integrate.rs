@@ -278,6 +278,8 @@ fn options_of(given: &Bound<'_, PyDict>) -> PyResult<Options> {
             Value::Integers(vec![whole])
         } else if let Ok(whole) = value.extract::<Vec<i64>>() {
             Value::Integers(whole)
+        } else if let Ok(numbers) = value.extract::<Vec<f64>>() {
+            Value::Numbers(numbers)
         } else if let Ok(number) = value.extract::<f64>() {
             Value::Number(number)
         } else {

@@ -13,13 +13,13 @@ use crate::error::{Error, Result};
 use crate::linalg::kernel::{Eight, dispatch, doubles, doubles_mut};
 use crate::method::{State, Stepper, Work};
 use crate::model::beam::{
-    Beam, Blocks, Chain, Factor, Fields, HubForces, Motion, Rates, Tridiagonal, solve_hub,
+    Beam, Blocks, Chain, Factor, Fields, HubForces, Motion, Rates, Tangents, Tridiagonal, solve_hub,
 };
 
 /// What the residual is divided by.
 enum Preconditioner {
     Constant(Factor),
-    /// The tangent at each half step's start.
+    /// The tangent where a step starts.
     Tangent(Chain),
     /// The whole Jacobian, in each iteration.
     Full(Box<Whole>),
@@ -64,6 +64,8 @@ pub struct BeamMidpoint {
     halves: usize,
     /// Whether the fused passes cover all that acts.
     plain: bool,
+    /// Whether this is the first midpoint step of a step.
+    first: bool,
     limit: Limit,
     preconditioner: Preconditioner,
     starts: Starts,
@@ -86,6 +88,7 @@ pub struct BeamMidpoint {
     z: Vec<f64>,
     matrices: (Tridiagonal, Blocks),
     cross: Vec<[[f64; 4]; 2]>,
+    tangents: Tangents,
 }
 
 impl BeamMidpoint {
@@ -126,10 +129,11 @@ impl BeamMidpoint {
             name,
             delta,
             halves,
+            first: true,
             plain: beam.is_plain() && beam.parameters().damping == [0.0; 2],
             limit: Limit::new(tolerance),
             preconditioner,
-            starts: Starts::new(len, 2.0 * delta * beam.fastest(), halves),
+            starts: Starts::new(len, halves),
             flat: vec![Eight::ZERO; len],
             motion: Motion::new(beam),
             q: zeros(),
@@ -145,6 +149,7 @@ impl BeamMidpoint {
             z: vec![0.0; 2 * beam.dof()],
             matrices,
             cross: Vec::new(),
+            tangents: Tangents::new(nodes),
         })
     }
 
@@ -353,7 +358,8 @@ impl BeamMidpoint {
         let (a, b) = &mut self.matrices;
         let good = match &mut self.preconditioner {
             Preconditioner::Constant(_) => true,
-            Preconditioner::Tangent(_) if iteration > 1 => return Ok(()),
+            // The same for the whole step.
+            Preconditioner::Tangent(_) if iteration > 1 || !self.first => true,
             Preconditioner::Tangent(chain) => {
                 let [alpha, beta] = beam.parameters().damping;
                 let keep = 1.0 - (delta * theta) * (delta * theta) + delta * alpha;
@@ -361,7 +367,13 @@ impl BeamMidpoint {
                 b.combine(keep, bending, 0.0, bending);
                 self.cross.clear();
                 let stiffness = delta * delta;
-                beam.elastic().add_tangent(stiffness, Some(q), a, b, Some(&mut self.cross));
+                beam.elastic().add_tangent(
+                    stiffness,
+                    Some((q, &mut self.tangents)),
+                    a,
+                    b,
+                    Some(&mut self.cross),
+                );
                 beam.elastic().add_tangent(delta * beta, None, a, b, None);
                 chain.set(a, b);
                 chain.add_cross(1.0, &self.cross);
@@ -376,7 +388,13 @@ impl BeamMidpoint {
                 }
                 self.cross.clear();
                 let stiffness = delta * delta;
-                beam.elastic().add_tangent(stiffness, Some(q), a, b, Some(&mut self.cross));
+                beam.elastic().add_tangent(
+                    stiffness,
+                    Some((q, &mut self.tangents)),
+                    a,
+                    b,
+                    Some(&mut self.cross),
+                );
                 chain.add(a, b);
                 chain.add_cross(1.0, &self.cross);
             }),
@@ -480,6 +498,7 @@ impl Stepper<Beam> for BeamMidpoint {
                 self.starts.guess(k, half, &state.carried, &mut self.flat);
                 unflatten(&self.flat, &mut self.motion.rates);
             }
+            self.first = half == 0;
             let begin = t + 2.0 * self.delta * half as f64;
             let done = match self.plain {
                 true => self.plain_half(beam, begin, work),

@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 const CAP: u32 = 50;
 
 /// What the next iteration may leave undone, in parts of the state.
-const ROUNDING: f64 = 1e-14;
+const ROUNDING: f64 = 1e-15;
 
 /// Change, in parts of the state, from which on momenta follow it to first order.
 const SMALL: f64 = 1e-9;

@@ -24,7 +24,7 @@ const OPTIONS: &[OptionInfo] = &[
     },
     OptionInfo {
         name: "tolerance",
-        doc: "what iterations may leave, in parts of the state: 1e-14 by default",
+        doc: "what iterations may leave, in parts of the state: 1e-15 by default; 1e-14 drifts",
     },
 ];
 

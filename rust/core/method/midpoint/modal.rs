@@ -64,13 +64,12 @@ impl ModalMidpoint {
             doubles_mut(&mut damping)[k] = lost;
             doubles_mut(&mut inverse)[k] = 1.0 / (1.0 + delta * delta * square + delta * lost);
         }
-        let fastest = squares[modal.modes - 1].sqrt();
         ModalMidpoint {
             name,
             delta,
             halves,
             limit: Limit::new(tolerance),
-            starts: Starts::new(height + 1, 2.0 * delta * fastest, halves),
+            starts: Starts::new(height + 1, halves),
             damping,
             inverse,
             inertia: beam.inertia(),

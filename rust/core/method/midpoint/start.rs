@@ -14,24 +14,18 @@ const AHEAD: [[f64; MEMORY]; MEMORY] = [
     [5.0, -10.0, 10.0, -5.0, 1.0],
 ];
 
-/// Phase of the fastest mode over a half step up to which many points help; beyond it they magnify
-/// it.
-const RESOLVED: f64 = 0.5;
-
 /// Rates of past half steps: in the carried state those of past steps, in slots by their numbers.
 pub struct Starts {
     halves: usize,
-    points: usize,
     /// Packs of the rates of a half step.
     len: usize,
     fresh: Vec<Eight>,
 }
 
 impl Starts {
-    /// For rates of `len` packs and half steps over which the fastest mode turns by `phase`.
-    pub fn new(len: usize, phase: f64, halves: usize) -> Starts {
-        let points = if phase.abs() <= RESOLVED { MEMORY } else { 2 };
-        Starts { halves, points, len, fresh: vec![Eight::ZERO; len * halves] }
+    /// For rates of `len` packs.
+    pub fn new(len: usize, halves: usize) -> Starts {
+        Starts { halves, len, fresh: vec![Eight::ZERO; len * halves] }
     }
 
     /// Packs of the carried state.
@@ -42,7 +36,7 @@ impl Starts {
     /// The rates to start half step `half` of step `k` from; left as they are at the first of all.
     pub fn guess(&self, k: u64, half: usize, carried: &[Eight], rates: &mut [Eight]) {
         let number = self.number(k, half);
-        let count = number.min(self.points as u64) as usize;
+        let count = number.min(MEMORY as u64) as usize;
         if count == 0 {
             return;
         }

@@ -160,18 +160,25 @@ impl Elastic {
         total
     }
 
-    /// `axial + k K` and `bending + k K`, `K` the second derivative of the energy at `q`; `cross`
-    /// receives `k` times that between `u` and `(v, theta)`, as matrices of elements, where it is
-    /// wanted.
+    /// `axial + k K` and `bending + k K`, `K` the second derivative of the energy at `q`, or at rest;
+    /// `cross` receives `k` times that between `u` and `(v, theta)`, as matrices of elements, where it
+    /// is wanted.
     pub fn add_tangent(
         &self,
         k: f64,
-        q: Option<&Fields>,
+        q: Option<(&Fields, &mut Tangents)>,
         axial: &mut Tridiagonal,
         bending: &mut Blocks,
         mut cross: Option<&mut Vec<[[f64; 4]; 2]>>,
     ) {
         let l = self.length;
+        let found = match (q, &self.curved) {
+            (Some((q, tangents)), Some(curved)) => {
+                dispatch(Tangent { elastic: self, curved, q, out: &mut *tangents });
+                Some(tangents)
+            }
+            _ => None,
+        };
         let elements = self.axial[PAD..].iter().take_while(|x| **x != 0.0).count();
         for e in 0..elements {
             let i = PAD + e;
@@ -181,62 +188,99 @@ impl Elastic {
                 axial.own[i - 1] += EA;
                 axial.next[i - 1] -= EA;
             }
-            // In chord, a, b.
-            let [aa, ab, bb] = self.bending.each_ref().map(|x| x[i]);
-            let mut natural = [[0.0, 0.0, 0.0], [0.0, aa, ab], [0.0, ab, bb]];
-            let mut slope_force = [0.0; 3];
-            if let (Some(curved), Some(q)) = (&self.curved, q) {
-                let [chord, a, b] = bent(l, q, i);
-                let square = chord * chord + SAME * (a * a + b * b) + 2.0 * OTHER * a * b;
-                let tension = self.axial[i] * (q.u[i] - q.u[i - 1] + 0.5 * l * square);
-                // Derivatives of l/2 times the mean square slope.
-                slope_force = [l * chord, l * (SAME * a + OTHER * b), l * (SAME * b + OTHER * a)];
-                natural = [[0.0; 3]; 3];
-                let mean = [[1.0, 0.0, 0.0], [0.0, SAME, OTHER], [0.0, OTHER, SAME]];
-                for r in 0..3 {
-                    for c in 0..3 {
-                        natural[r][c] += self.axial[i] * slope_force[r] * slope_force[c]
-                            + tension * l * mean[r][c];
-                    }
+            // In chord c, a, b: cc, ca, cb, aa, ab, bb, and how the tension changes with each.
+            let [cc, ca, cb, aa, ab, bb, pulls @ ..] = match &found {
+                Some(tangents) => tangents.0.each_ref().map(|x| x[i]),
+                None => {
+                    let [aa, ab, bb] = self.bending.each_ref().map(|x| x[i]);
+                    [0.0, 0.0, 0.0, aa, ab, bb, 0.0, 0.0, 0.0]
                 }
-                for point in 0..POINTS {
-                    let [slope, curvature] = shapes(self.rule[0][point]);
-                    let (s, w) = ([1.0, slope[0], slope[1]], [0.0, curvature[0], curvature[1]]);
-                    let bend = a * w[1] + b * w[2];
-                    let tilt = chord + a * s[1] + b * s[2];
-                    let weight = self.rule[1][point] * curved[point][i] / l;
-                    for r in 0..3 {
-                        for c in 0..3 {
-                            natural[r][c] += weight
-                                * ((1.0 + tilt * tilt) * w[r] * w[c]
-                                    + 2.0 * bend * tilt * (w[r] * s[c] + s[r] * w[c])
-                                    + bend * bend * s[r] * s[c]);
-                        }
-                    }
-                }
-            }
-            // From (v1, theta1, v2, theta2) to chord, a, b.
-            let map = [
-                [-1.0 / l, 0.0, 1.0 / l, 0.0],
-                [1.0 / l, 1.0, -1.0 / l, 0.0],
-                [1.0 / l, 0.0, -1.0 / l, 1.0],
-            ];
-            let mut element = [[0.0; 4]; 4];
-            for r in 0..4 {
-                for c in 0..4 {
-                    for x in 0..3 {
-                        for y in 0..3 {
-                            element[r][c] += map[x][r] * natural[x][y] * map[y][c];
-                        }
-                    }
-                }
-            }
-            bending.add(e, k, &element);
+            };
+            // Of v at the right end, which is minus that at the left one.
+            let [of_c, of_a, of_b] = [(cc - ca - cb) / l, (ca - aa - ab) / l, (cb - ab - bb) / l];
+            let vv = (of_c - of_a - of_b) / l;
+            bending.add(
+                e,
+                k,
+                &[
+                    [vv, -of_a, -vv, -of_b],
+                    [-of_a, aa, of_a, ab],
+                    [-vv, of_a, vv, of_b],
+                    [-of_b, ab, of_b, bb],
+                ],
+            );
             if let Some(cross) = cross.as_deref_mut() {
-                let force: [f64; 4] =
-                    std::array::from_fn(|c| (0..3).map(|x| slope_force[x] * map[x][c]).sum());
-                let row = force.map(|x| EA * x);
+                let [c, a, b] = pulls;
+                let v = (c - a - b) / l;
+                let row = [-v, a, v, b].map(|x| EA * x);
                 cross.push([row.map(|x| -x), row]);
+            }
+        }
+    }
+}
+
+/// Second derivatives of the elements' energies in chord c, a, b: cc, ca, cb, aa, ab, bb; and the
+/// first of their stretch: c, a, b. By the node at the right end.
+#[derive(Clone, Debug)]
+pub struct Tangents([Vec<f64>; 9]);
+
+impl Tangents {
+    /// For a beam of so many nodes.
+    pub fn new(nodes: usize) -> Tangents {
+        Tangents(std::array::from_fn(|_| vec![0.0; field_len(nodes)]))
+    }
+}
+
+struct Tangent<'a> {
+    elastic: &'a Elastic,
+    curved: &'a Curved,
+    q: &'a Fields,
+    out: &'a mut Tangents,
+}
+
+impl Body for Tangent<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Lanes>(self) {
+        let Tangent { elastic, curved, q, out: Tangents(out) } = self;
+        let (length, half) =
+            (Pack::<V>::splat(elastic.length), Pack::<V>::splat(0.5 * elastic.length));
+        let inverse = Pack::<V>::splat(1.0 / elastic.length);
+        let (same, other) = (Pack::<V>::splat(SAME), Pack::splat(OTHER));
+        let (one, two) = (Pack::<V>::splat(1.0), Pack::<V>::splat(2.0));
+        for i in (PAD..q.u.len() - PAD).step_by(8) {
+            let c = (at::<V>(&q.v, i) - at(&q.v, i - 1)) * inverse;
+            let (a, b) = (at::<V>(&q.theta, i - 1) - c, at::<V>(&q.theta, i) - c);
+            let (of_a, of_b) = (same * a + other * b, same * b + other * a);
+            let square = c * c + (a * of_a + b * of_b);
+            let EA = at::<V>(&elastic.axial, i);
+            let stretch = at::<V>(&q.u, i) - at(&q.u, i - 1);
+            let pull = EA * (stretch + half * square) * length;
+            let (fc, fa, fb) = (length * c, length * of_a, length * of_b);
+            let (mut cc, mut ca, mut cb) = (EA * fc * fc + pull, EA * fc * fa, EA * fc * fb);
+            let mut aa = EA * fa * fa + pull * same;
+            let mut ab = EA * fa * fb + pull * other;
+            let mut bb = EA * fb * fb + pull * same;
+            for point in 0..POINTS {
+                let [slope, curvature] = shapes(elastic.rule[0][point]);
+                let [sa, sb] = [Pack::<V>::splat(slope[0]), Pack::splat(slope[1])];
+                let [wa, wb] = [Pack::<V>::splat(curvature[0]), Pack::splat(curvature[1])];
+                let (bend, tilt) = (a * wa + b * wb, c + (a * sa + b * sb));
+                let weight = Pack::splat(elastic.rule[1][point]) * inverse * at(&curved[point], i);
+                let stiff = weight * (one + tilt * tilt);
+                let mixed = weight * two * bend * tilt;
+                let tilting = weight * bend * bend;
+                cc = cc + tilting;
+                ca = ca + (mixed * wa + tilting * sa);
+                cb = cb + (mixed * wb + tilting * sb);
+                aa = aa + (stiff * wa * wa + mixed * two * wa * sa + tilting * sa * sa);
+                ab = ab + (stiff * wa * wb + mixed * (wa * sb + sa * wb) + tilting * sa * sb);
+                bb = bb + (stiff * wb * wb + mixed * two * wb * sb + tilting * sb * sb);
+            }
+            let found = [cc, ca, cb, aa, ab, bb, fc, fa, fb];
+            for (out, found) in out.iter_mut().zip(found) {
+                found.store(&mut out[i..]);
             }
         }
     }

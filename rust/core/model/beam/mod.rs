@@ -22,7 +22,7 @@ use std::sync::{Arc, Mutex};
 pub use arrays::at;
 pub use arrays::{Across, Blocks, Fields, PAD, Skew, Symmetric, Tridiagonal};
 pub use chain::Chain;
-pub use elastic::{Elastic, Ends, POINTS};
+pub use elastic::{Elastic, Ends, POINTS, Tangents};
 pub use factor::Factor;
 pub use loads::{Applied, Loads};
 pub use modal::{FEW, Frame, Modal};

@@ -10,7 +10,7 @@ use crate::linalg::jacobi;
 use crate::linalg::kernel::{Body, Eight, Lanes, Layout, Pack, dispatch, doubles, packs};
 
 /// Most elements for which dense matrices are faster than chains of nodes, and as exact.
-pub const FEW: usize = 6;
+pub const FEW: usize = 5;
 
 /// Which modes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
