@@ -11,9 +11,10 @@ use spim::system::Problem;
 use crate::allocations::allocated;
 
 /// Gauss points and weights in (0, 1).
+#[allow(clippy::excessive_precision)]
 const RULE: [[f64; POINTS]; 2] = [
     [
-        0.033765242898423986,
+        0.033_765_242_898_423_99,
         0.16939530676686774,
         0.38069040695840156,
         0.6193095930415985,

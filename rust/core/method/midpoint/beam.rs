@@ -16,6 +16,9 @@ use crate::model::beam::{
     Beam, Blocks, Chain, Factor, Fields, HubForces, Motion, Rates, Tangents, Tridiagonal, solve_hub,
 };
 
+/// Iterations after which a tangent is taken anew.
+const REFRESHED: u32 = 6;
+
 /// What the residual is divided by.
 enum Preconditioner {
     Constant(Factor),
@@ -133,7 +136,7 @@ impl BeamMidpoint {
             plain: beam.is_plain() && beam.parameters().damping == [0.0; 2],
             limit: Limit::new(tolerance),
             preconditioner,
-            starts: Starts::new(len, halves),
+            starts: Starts::new(len, halves, true),
             flat: vec![Eight::ZERO; len],
             motion: Motion::new(beam),
             q: zeros(),
@@ -358,8 +361,12 @@ impl BeamMidpoint {
         let (a, b) = &mut self.matrices;
         let good = match &mut self.preconditioner {
             Preconditioner::Constant(_) => true,
-            // The same for the whole step.
-            Preconditioner::Tangent(_) if iteration > 1 || !self.first => true,
+            // The same for the whole step, unless it is not good enough.
+            Preconditioner::Tangent(_)
+                if !iteration.is_multiple_of(REFRESHED) && (iteration > 1 || !self.first) =>
+            {
+                true
+            }
             Preconditioner::Tangent(chain) => {
                 let [alpha, beta] = beam.parameters().damping;
                 let keep = 1.0 - (delta * theta) * (delta * theta) + delta * alpha;
@@ -403,7 +410,7 @@ impl BeamMidpoint {
             return Err(beam.unstable(t, theta));
         }
         let full = matches!(self.preconditioner, Preconditioner::Full(_));
-        if count > 0 && (iteration == 1 || full) {
+        if count > 0 && (iteration == 1 || full || iteration.is_multiple_of(REFRESHED)) {
             if full {
                 self.motion.swing(beam, &mut self.swing);
             }

@@ -69,7 +69,7 @@ impl ModalMidpoint {
             delta,
             halves,
             limit: Limit::new(tolerance),
-            starts: Starts::new(height + 1, halves),
+            starts: Starts::new(height + 1, halves, false),
             damping,
             inverse,
             inertia: beam.inertia(),

@@ -17,6 +17,9 @@ const AHEAD: [[f64; MEMORY]; MEMORY] = [
 /// Rates of past half steps: in the carried state those of past steps, in slots by their numbers.
 pub struct Starts {
     halves: usize,
+    /// Whether fewer points are taken where they have been better: what does not resolve the stiffest
+    /// modes magnifies them.
+    judged: bool,
     /// Packs of the rates of a half step.
     len: usize,
     fresh: Vec<Eight>,
@@ -24,8 +27,8 @@ pub struct Starts {
 
 impl Starts {
     /// For rates of `len` packs.
-    pub fn new(len: usize, halves: usize) -> Starts {
-        Starts { halves, len, fresh: vec![Eight::ZERO; len * halves] }
+    pub fn new(len: usize, halves: usize, judged: bool) -> Starts {
+        Starts { halves, judged, len, fresh: vec![Eight::ZERO; len * halves] }
     }
 
     /// Packs of the carried state.
@@ -48,7 +51,11 @@ impl Starts {
                 None => &carried[(then % MEMORY as u64) as usize * self.len..][..self.len],
             }
         });
-        dispatch(Extrapolate { past, ahead: AHEAD[count - 1], rates });
+        let points = match self.judged && count == MEMORY {
+            true => dispatch(Judge { past }),
+            false => count,
+        };
+        dispatch(Extrapolate { past, ahead: AHEAD[points - 1], rates });
     }
 
     /// Where to keep the rates of a half step that has been taken.
@@ -66,6 +73,41 @@ impl Starts {
 
     fn number(&self, k: u64, half: usize) -> u64 {
         k * self.halves as u64 + half as u64
+    }
+}
+
+/// The number of points, 1, 2 or all, that would have come nearest to the last rates.
+struct Judge<'a> {
+    past: [&'a [Eight]; MEMORY],
+}
+
+impl Body for Judge<'_> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<V: Lanes>(self) -> usize {
+        let [x0, x1, x2, x3, x4] = self.past;
+        let (x0, x1, x2) = (packs::<V>(x0), packs::<V>(x1), packs::<V>(x2));
+        let (x3, x4) = (packs::<V>(x3), packs::<V>(x4));
+        let [four, six] = [Pack::<V>::splat(4.0), Pack::splat(6.0)];
+        let zero = Pack::<V>::splat(0.0);
+        let mut off = [zero; 3];
+        for i in 0..x0.len() {
+            let one = x0[i] - x1[i];
+            let line = one - (x1[i] - x2[i]);
+            let cubic = x0[i] - ((four * x1[i] - six * x2[i]) + (four * x3[i] - x4[i]));
+            off[0] = one.abs().max(off[0]);
+            off[1] = line.abs().max(off[1]);
+            off[2] = cubic.abs().max(off[2]);
+        }
+        let [one, line, cubic] = [off[0].largest(), off[1].largest(), off[2].largest()];
+        if cubic <= line && cubic <= one {
+            MEMORY
+        } else if line <= one {
+            2
+        } else {
+            1
+        }
     }
 }
 
