@@ -49,6 +49,8 @@ pub struct GaussBeam {
     spring: f64,
     /// Whether inertia can be lost to foreshortening.
     guarded: bool,
+    /// Least and largest inertia of the hub alone over the stages.
+    sigma: [f64; 2],
     /// Modal coordinates and momenta with their remainders, and of the angle: 4 packs of rows.
     state: Vec<f64>,
     /// Stages, their rates and the remainders of these.
@@ -136,6 +138,7 @@ impl GaussBeam {
             inertia: beam.inertia(),
             spring: beam.springs()[0],
             guarded: beam.can_degenerate(),
+            sigma: [0.0; 2],
             state: vec![0.0; 4 * N],
             stages: zeros(2 * N),
             rates: zeros(2 * N),
@@ -335,7 +338,8 @@ impl<const S: usize> Body for Solve<'_, S> {
                         compensated(method.state[k], method.state[2 * N + k], total.sum());
                     (method.state[k], method.state[2 * N + k]) = (sum, lost);
                 }
-                if method.guarded {
+                // Where inertia has hardly changed over the stages it is there at the end as well.
+                if method.guarded && method.sigma[0] < 0.5 * method.sigma[1] {
                     // Where the step ends, by a sweep whose rates nobody needs.
                     let books = (method.hub, method.books);
                     for k in 0..2 * N {
@@ -495,6 +499,7 @@ fn evaluate<V: Lanes, const S: usize>(method: &mut GaussBeam) -> bool {
             let sigma = m - (cx - less * ac * ac);
             // The least over the stages, as a largest of negatives.
             let least = -(-sigma).largest();
+            method.sigma = [least, sigma.largest()];
             if least <= 0.0 || least.is_nan() {
                 return false;
             }
