@@ -192,3 +192,13 @@ def test_a_prescribed_rotation_does_the_work_of_its_torque():
     )
     assert np.abs(solution.balance_error).max() <= 1e-9 * np.abs(solution.work).max()
     assert solution.z.shape == (2001, 24)
+
+
+def test_the_parts_of_the_energy_are_those_of_rest_and_motion():
+    beam = paper()
+    still = beam.state(u=[0.1, 0.2], v=[0.5, 1.0])
+    assert beam.kinetic_energy(still) == 0.0
+    assert beam.potential_energy(still) == beam.energy(still)
+    moving = beam.state(omega=2.0)
+    assert beam.potential_energy(moving) == 0.0
+    assert beam.kinetic_energy(moving) == beam.energy(moving)

@@ -28,7 +28,7 @@ class BeamSolution(Solution):
         Momenta of the angles, N m s.
     rates : ndarray (k, N)
         ``[q'; phi']``.
-    energy, work, dissipated : ndarray (k,)
+    energy, kinetic_energy, potential_energy, work, dissipated : ndarray (k,)
         J. ``energy - work + dissipated`` stays as it was.
     """
 
@@ -180,6 +180,16 @@ class BeamSolution(Solution):
     def energy(self):
         """Energy, (k,), J; relative to a prescribed rotation."""
         return self.system.energy(self.z, self.t)
+
+    @property
+    def kinetic_energy(self):
+        """Kinetic part of the energy, (k,), J."""
+        return self.system.kinetic_energy(self.z, self.t)
+
+    @property
+    def potential_energy(self):
+        """Energy of deformation, springs and gravity, (k,), J."""
+        return self.system.potential_energy(self.z, self.t)
 
     def _account(self, index):
         rows = self._rows

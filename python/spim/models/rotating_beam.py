@@ -371,7 +371,15 @@ class RotatingBeam(BeamAnalysis, System):
 
     def energy(self, z, t=0.0):
         """Energy of states, (..., 2 N) -> (...), J; relative to a prescribed rotation."""
-        return self._mapped("energy", z, t)[..., 0]
+        return self._mapped("energies", z, t).sum(axis=-1)
+
+    def kinetic_energy(self, z, t=0.0):
+        """Kinetic part of the energy, (..., 2 N) -> (...), J."""
+        return self._mapped("energies", z, t)[..., 0]
+
+    def potential_energy(self, z, t=0.0):
+        """Energy of deformation, springs and gravity, (..., 2 N) -> (...), J."""
+        return self._mapped("energies", z, t)[..., 1]
 
     def rates(self, z, t=0.0):
         """``[q'; phi']`` of states, (..., 2 N) -> (..., N)."""

@@ -10,7 +10,7 @@ use spim::Result;
 use spim::model::beam::{
     Applied, Beam, Coupling, Elements, Hub, Loads, POINTS, Parameters, Prescribed, SpinUp, Table,
 };
-use spim::system::{Flow, Hamiltonian};
+use spim::system::Flow;
 
 use crate::convert::{self, check_finite, real, slice, slice_mut};
 use crate::error::{from_python, guarded, to_python};
@@ -189,14 +189,14 @@ impl RotatingBeam {
         self.beam.fastest()
     }
 
-    /// Energies of states (k, m) at times (k,).
-    fn energy<'py>(
+    /// Kinetic and potential energies of states (k, m) at times (k,) -> (k, 2).
+    fn energies<'py>(
         &self,
         t: &Bound<'py, PyAny>,
         z: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.map(t, z, 1, |beam, t, z, out| {
-            out[0] = beam.energy(t, z)?;
+        self.map(t, z, 2, |beam, t, z, out| {
+            out.copy_from_slice(&beam.energies(t, z)?);
             Ok(())
         })
     }

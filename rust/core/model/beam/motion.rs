@@ -323,8 +323,8 @@ impl Motion {
         Ok(momenta)
     }
 
-    /// Energy at the place, with the rates.
-    pub fn energy(&mut self, beam: &Beam) -> f64 {
+    /// Kinetic and potential energy at the place, with the rates.
+    pub fn energies(&mut self, beam: &Beam) -> [f64; 2] {
         let Motion { q, phi, geometry, rates, spare: [moved, _], .. } = self;
         let super::Parameters { hub, radius, ground_spring, gravity, .. } = &beam.parameters;
         beam.apply_mass(&rates.w, moved);
@@ -353,7 +353,7 @@ impl Motion {
             let [along, across] = geometry.first;
             potential -= beam.moments[0] * radius * at_hub + along * x + across * y;
         }
-        kinetic + potential
+        [kinetic, potential]
     }
 }
 
@@ -571,6 +571,18 @@ impl Beam {
         })
     }
 
+    /// Kinetic and potential energy of a state.
+    ///
+    /// # Errors
+    /// As [`Flow::rate`].
+    pub fn energies(&self, t: f64, z: &[f64]) -> Result<[f64; 2]> {
+        self.with_motion(|motion| {
+            let momenta = motion.take(self, t, z)?;
+            motion.solve_rates(self, t, momenta)?;
+            Ok(motion.energies(self))
+        })
+    }
+
     /// Rates `[q'; phi']` of a state; the prescribed speed is not among them.
     ///
     /// # Errors
@@ -615,7 +627,8 @@ impl Hamiltonian for Beam {
         self.with_motion(|motion| {
             let momenta = motion.take(self, t, z)?;
             motion.solve_rates(self, t, momenta)?;
-            Ok(motion.energy(self))
+            let [kinetic, potential] = motion.energies(self);
+            Ok(kinetic + potential)
         })
     }
 }
