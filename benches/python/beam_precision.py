@@ -260,7 +260,8 @@ def main():
     parser.add_argument("--elements", type=int, nargs="+", default=list(SPANS), choices=SPANS)
     given = parser.parse_args()
     if not installed("heyoka", "mpmath", "scipy"):
-        sys.exit("the reference solution is heyoka's")
+        print("left out: the reference solution is heyoka's")
+        return
     forget_compiled()
     for n in given.elements:
         rows = measure(n)
