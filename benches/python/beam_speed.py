@@ -13,8 +13,8 @@ import numpy as np
 from _table import show
 
 import spim
+from spim.studies.beam import beam as cantilever
 
-SECTION = spim.models.TaperedSection((0.04596, 0.00248), (0.02673, 0.00144), 2.7667e3, 6.8952e10)
 STEP = 1e-4
 REPEATS = 5
 # Elements, steps, method, options.
@@ -37,14 +37,7 @@ CASES = (
 
 def model(elements, coupling="foac"):
     """The beam, and its initial state: the paper's, or one of that shape."""
-    beam = spim.models.RotatingBeam(
-        length=8.0,
-        section=SECTION,
-        elements=elements,
-        hub_inertia=10.0,
-        tip_mass=0.085,
-        coupling=coupling,
-    )
+    beam = cantilever(elements=elements, coupling=coupling)
     if elements == 2:
         return beam, beam.state(u=[0.1, 0.2], v=[0.5, 1.0])
     # Axial displacement of a third-order beam is what bending takes away.

@@ -50,7 +50,9 @@ WORK = {
 MOMENTS = (0.05, 0.3, 0.7, 1.1)
 
 CODE = """
-import time
+import signal, time
+# What runs in the background of a shell ignores Ctrl-C.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 import numpy as np, spim
 def chain(m):
     n = m // 2

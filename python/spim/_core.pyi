@@ -5,6 +5,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 __all__ = [
+    "CompoundPendulum",
     "ConvergenceError",
     "Flows",
     "InternalError",
@@ -58,7 +59,7 @@ def energy_coordinates(M: ArrayLike, K: ArrayLike) -> list[tuple[np.ndarray, np.
 def apply(hi: ArrayLike, lo: ArrayLike, x: ArrayLike) -> np.ndarray: ...
 def methods() -> list[dict[str, Any]]: ...
 def integrate(
-    system: Linear | RotatingBeam,
+    system: Linear | RotatingBeam | CompoundPendulum,
     matrices: Any,
     load: Any,
     z0: ArrayLike,
@@ -138,6 +139,21 @@ class RotatingBeam:
     def energies(self, t: ArrayLike, z: ArrayLike) -> np.ndarray: ...
     def rates(self, t: ArrayLike, z: ArrayLike) -> np.ndarray: ...
     def momenta(self, t: ArrayLike, z: ArrayLike) -> np.ndarray: ...
+    def rate(self, t: ArrayLike, z: ArrayLike) -> np.ndarray: ...
+
+@final
+class CompoundPendulum:
+    def __new__(
+        cls,
+        rod_mass: float,
+        length: float,
+        bead_mass: float,
+        stiffness: float,
+        gravity: float,
+    ) -> CompoundPendulum: ...
+    @property
+    def size(self) -> int: ...
+    def energies(self, t: ArrayLike, z: ArrayLike) -> np.ndarray: ...
     def rate(self, t: ArrayLike, z: ArrayLike) -> np.ndarray: ...
 
 @final

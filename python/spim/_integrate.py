@@ -101,6 +101,9 @@ def integrate(
         raise TypeError(
             f"method: must be a string or a spim.RungeKutta, got {type(method).__name__}"
         )
+    reason = None
+    if method == "auto" and system._preferred is not None:
+        method, reason = system._preferred
     t0, t1 = _span(t_span)
     times = _times(t_eval, t0, t1, every)
     shown = None if outputs is None else _outputs(outputs, system.size)
@@ -112,6 +115,8 @@ def integrate(
         run = walk(system, z0, t0, t1, step, method, every, options, report, kept)
         if report is not None and run["error"] is None:
             report(1.0, t1)
+    if reason is not None:
+        run["choice"] = "; ".join(filter(None, (f"auto: {reason}", run["choice"])))
     if run["uneven"]:
         warnings.warn(
             f"the span {t1 - t0:g} is no multiple of the step {step:g}: "

@@ -13,6 +13,8 @@ class System:
     """Base of all systems that `integrate` takes."""
 
     load = None
+    # What method="auto" takes, and why; None leaves it to the core.
+    _preferred = None
 
     @property
     def size(self):

@@ -1,22 +1,9 @@
 """Beams that several tests use."""
 
 from spim import models
+from spim.studies.beam import beam as paper
 
-PAPER_SECTION = models.TaperedSection(
-    root=(0.04596, 0.00248), tip=(0.02673, 0.00144), density=2.7667e3, youngs_modulus=6.8952e10
-)
-
-
-def paper(**changes):
-    """The beam of study 6.1."""
-    given = {
-        "length": 8.0,
-        "section": PAPER_SECTION,
-        "elements": 2,
-        "hub_inertia": 10.0,
-        "tip_mass": 0.085,
-    }
-    return models.RotatingBeam(**(given | changes))
+__all__ = ["kane", "paper"]
 
 
 def kane(**changes):

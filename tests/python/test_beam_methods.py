@@ -154,6 +154,17 @@ def test_a_torque_that_goes_wrong_is_seen_by_the_caller(method, bad):
     assert 40 <= len(caught.value.partial.t) <= 52
 
 
+def test_a_torque_that_depends_on_the_momentum_keeps_the_order():
+    """A brake, -p_phi / T: the momentum decays by exp(-t/T)."""
+    beam = paper(hub_torque=lambda t, z: -z[-1] / 2.0)
+    z0 = beam.state(omega=1.0)
+    off = []
+    for step in (0.02, 0.01):
+        solution = spim.integrate(beam, z0, (0.0, 1.0), step, method="srk2")
+        off.append(abs(solution.p_phi[-1] / solution.p_phi[0] - np.exp(-0.5)))
+    assert 3.9 <= off[0] / off[1] <= 4.1
+
+
 def test_a_torque_turns_a_rigid_system_as_it_must():
     """Constant torque on a stiff beam: p_phi = torque t, omega = torque t / inertia."""
     section = models.DistributedSection(1.2, 2.8e9, 1.4e7)

@@ -245,6 +245,8 @@ class RotatingBeam(BeamAnalysis, System):
     def _matrices(self):
         """None of a linear structure's."""
 
+    _preferred = "srk2", "symplectic, any number of elements"
+
     def _warn_before(self, method, step):
         if method == "rk4":
             phase = self._core.fastest * step

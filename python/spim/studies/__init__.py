@@ -4,13 +4,17 @@ A study is a function ``reproduce(folder, quick)`` that writes its figures, data
 `Folder` and returns a summary of a few lines. A new one is a file and a line in `STUDIES`.
 """
 
-from spim.studies import beam, oscillators
+from spim.studies import beam, oscillators, pendulum
 from spim.studies._drawing import MissingPlotError, require_matplotlib
 from spim.studies._output import Folder
 
 __all__ = ["STUDIES", "MissingPlotError", "reproduce"]
 
-STUDIES = {"beam": beam.reproduce, "oscillators": oscillators.reproduce}
+STUDIES = {
+    "beam": beam.reproduce,
+    "oscillators": oscillators.reproduce,
+    "pendulum": pendulum.reproduce,
+}
 
 
 def reproduce(name, output="out", quick=False):

@@ -4,7 +4,9 @@
 //! [`MethodInfo`]; a line in [`METHODS`] does the rest: the Python API, the printed table and the
 //! verification suite read the records.
 
+mod common;
 mod gauss;
+mod lawson;
 mod linear;
 mod midpoint;
 mod modal;
@@ -12,6 +14,7 @@ mod newmark;
 mod options;
 mod rk4;
 mod runge_kutta;
+mod spim_nonlinear;
 mod two_term;
 
 use std::sync::Arc;
@@ -229,6 +232,8 @@ pub enum Needs {
     Structural,
     /// A linear system in modal coordinates: `n` oscillators, each by itself.
     Modes,
+    /// `z' = A z + F(z, t)`.
+    SemiLinear,
     /// A free linear system `q' = P p`, `p' = R q` with symmetric matrices.
     Separable,
 }
@@ -245,6 +250,7 @@ impl Needs {
             Needs::Flow => "flow",
             Needs::Linear => "linear",
             Needs::Structural | Needs::Modes => "structure",
+            Needs::SemiLinear => "semilinear",
             Needs::Separable => "separable",
         }
     }
@@ -263,6 +269,13 @@ pub const METHODS: &[&MethodInfo] = &[
     &newmark::CENTRAL_DIFFERENCE,
     &midpoint::SRK2,
     &midpoint::MIDPOINT,
+    &spim_nonlinear::EXPLICIT,
+    &spim_nonlinear::PREDICTED,
+    &spim_nonlinear::IMPLICIT,
+    &lawson::LAWSON_GAUSS2,
+    &lawson::LAWSON_GAUSS4,
+    &lawson::LAWSON_GAUSS6,
+    &lawson::LAWSON_GAUSS8,
     &gauss::GAUSS4,
     &gauss::GAUSS6,
     &gauss::GAUSS8,
@@ -303,6 +316,9 @@ pub fn build(
     let (enough, needed) = match info.needs {
         Needs::Flow => (true, "any system"),
         Needs::Linear => (problem.linear().is_some(), "a linear system z' = A z + f(t)"),
+        Needs::SemiLinear => {
+            (problem.semilinear().is_some(), "a semilinear system z' = A z + F(z, t)")
+        }
         Needs::Modes => (
             problem.linear().is_some_and(|system| modal::is_decoupled(system)),
             "a structure, whose modes it finds, or a system in modal coordinates",

@@ -4,6 +4,7 @@
 //! differences unless the system is linear, and iterated until rounding. Stages that depend on those
 //! before and on themselves alone are solved one after the other.
 
+use super::common::{check_finite, not_solved};
 use super::{Bound, MethodInfo, Needs, OptionInfo, State, Step, Stepper, Work};
 use crate::error::{Error, Result};
 use crate::linalg::dense::Watch;
@@ -183,17 +184,7 @@ impl RungeKutta {
             }
             last = moved;
         }
-        Err(Box::new(Error::Convergence {
-            message: format!(
-                "{}: Newton did not come to an end at t = {t:.6} after {CAP} iterations; reduce the \
-                 step",
-                self.name
-            ),
-            t,
-            step: 0,
-            iterations: CAP,
-            residual: last / size,
-        }))
+        Err(not_solved(self.name, t, 0, CAP, last / size))
     }
 }
 
@@ -258,16 +249,7 @@ impl Stepper<dyn Flow> for RungeKutta {
         for (stage, (z, d)) in self.stage.iter_mut().zip(z.iter().zip(&self.change)) {
             *stage = z + d;
         }
-        if let Some(component) = self.stage.iter().position(|x| !x.is_finite()) {
-            return Err(Box::new(Error::Model {
-                message: format!(
-                    "{}: component {component} of the state would be {} after the step from t = {t}",
-                    self.name, self.stage[component]
-                ),
-                t,
-                step: k,
-            }));
-        }
+        check_finite(self.name, t, k, &self.stage)?;
         state.z.copy_from_slice(&self.stage);
         work.steps += 1;
         Ok(())

@@ -1,3 +1,4 @@
 //! Models, one a file or a folder.
 
 pub mod beam;
+pub mod pendulum;

@@ -2,12 +2,14 @@
 
 mod linear;
 mod load;
+mod semilinear;
 mod structural;
 
 use std::sync::Arc;
 
 pub use linear::Linear;
 pub use load::{Generator, Load, Record};
+pub use semilinear::SemiLinear;
 pub use structural::{EnergyCoordinates, Structural};
 
 use crate::error::Result;
@@ -81,6 +83,8 @@ pub enum Problem {
     Linear(Arc<Linear>),
     /// A beam on a rotating hub.
     Beam(Arc<Beam>),
+    /// A stiff linear part and a remainder.
+    SemiLinear(Arc<dyn SemiLinear>),
     /// A system with an energy.
     Hamiltonian(Arc<dyn Hamiltonian>),
     /// Any system.
@@ -94,6 +98,7 @@ impl Problem {
             Problem::Structural(system) => system.linear.clone(),
             Problem::Linear(system) => system.clone(),
             Problem::Beam(system) => system.clone(),
+            Problem::SemiLinear(system) => system.clone(),
             Problem::Hamiltonian(system) => system.clone(),
             Problem::Flow(system) => system.clone(),
         }
@@ -108,12 +113,21 @@ impl Problem {
         }
     }
 
+    /// The system as a linear part and a remainder, if it is known as one.
+    pub fn semilinear(&self) -> Option<Arc<dyn SemiLinear>> {
+        match self {
+            Problem::SemiLinear(system) => Some(system.clone()),
+            _ => Some(self.linear()?.clone()),
+        }
+    }
+
     /// What the structure is called in messages.
     pub fn kind(&self) -> &'static str {
         match self {
             Problem::Structural(_) => "a linear structure",
             Problem::Linear(_) => "a linear system",
             Problem::Beam(_) => "a rotating beam",
+            Problem::SemiLinear(_) => "a semilinear system",
             Problem::Hamiltonian(_) => "a Hamiltonian system",
             Problem::Flow(_) => "a general system z' = f(t, z)",
         }

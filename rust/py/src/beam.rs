@@ -13,9 +13,8 @@ use spim::model::beam::{
 use spim::system::Flow;
 
 use crate::convert::{self, check_finite, real, slice, slice_mut};
-use crate::error::{from_python, guarded, to_python};
-use crate::expm::shown;
-use crate::watch;
+use crate::error::{from_python, to_python};
+use crate::states;
 
 /// A beam on a rotating hub, as the core holds it.
 #[pyclass(frozen, module = "spim._core")]
@@ -240,35 +239,7 @@ impl RotatingBeam {
         width: usize,
         make: impl Fn(&Beam, f64, &[f64], &mut [f64]) -> Result<()> + Sync,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let py = z.py();
-        let (t, z) = (real("t", t)?, real("z", z)?);
-        let m = self.beam.len();
-        let &[count, columns] = z.shape() else {
-            return Err(PyValueError::new_err(format!("z: must have shape (k, {m})")));
-        };
-        if columns != m || t.shape() != [count] {
-            return Err(PyValueError::new_err(format!(
-                "z, t: must have shapes (k, {m}) and (k,), got {} and {}",
-                shown(z.shape()),
-                shown(t.shape())
-            )));
-        }
-        let out = convert::empty(py, &[count, width])?;
-        let (t, z) = (convert::copied("t", &t)?, convert::copied("z", &z)?);
-        let rows = slice_mut(&out);
         let beam = &*self.beam;
-        py.detach(|| {
-            guarded(|| {
-                let mut signals = watch::signals();
-                let states = t.iter().zip(z.chunks_exact(m));
-                for ((t, z), out) in states.zip(rows.chunks_exact_mut(width)) {
-                    make(beam, *t, z, out)?;
-                    signals()?;
-                }
-                Ok(())
-            })
-        })?
-        .map_err(to_python)?;
-        Ok(out.into_any())
+        states::map(beam.len(), t, z, width, |t, z, out| make(beam, t, z, out))
     }
 }

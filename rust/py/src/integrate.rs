@@ -17,6 +17,7 @@ use crate::convert::{self, real, slice, slice_mut};
 use crate::error::{from_python, guarded, to_python};
 use crate::expm::{shown, warn_of_size};
 use crate::load::Acting;
+use crate::models::CompoundPendulum;
 use crate::watch;
 
 /// A homogeneous linear system `z' = A z`, as the core holds it.
@@ -222,6 +223,9 @@ fn problem_of(
 ) -> PyResult<Problem> {
     if let Ok(beam) = system.cast::<RotatingBeam>() {
         return Ok(Problem::Beam(beam.get().beam.clone()));
+    }
+    if let Ok(pendulum) = system.cast::<CompoundPendulum>() {
+        return Ok(Problem::SemiLinear(pendulum.get().model.clone()));
     }
     let mut linear = system.cast::<Linear>()?.get().system.clone();
     if let Some(load) = load {

@@ -8,9 +8,11 @@ mod flows;
 mod integrate;
 mod load;
 mod matrices;
+mod models;
 mod phi;
 mod propagator;
 mod run;
+mod states;
 mod watch;
 
 use pyo3::prelude::*;
@@ -33,6 +35,8 @@ mod _core {
     use super::integrate::{Linear, grid, integrate, methods};
     #[pymodule_export]
     use super::matrices::{apply, energy_coordinates, quadratic, solve};
+    #[pymodule_export]
+    use super::models::CompoundPendulum;
     #[pymodule_export]
     use super::phi::phi;
     #[pymodule_export]

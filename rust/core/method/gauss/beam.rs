@@ -10,6 +10,7 @@ use crate::linalg::kernel::{
     Body, Eight, Lanes, Pack, dispatch, doubles, doubles_mut, packs, packs_mut,
 };
 use crate::linalg::newton::Lu;
+use crate::method::common::not_solved;
 use crate::method::{State, Stepper, Work};
 use crate::model::beam::{Beam, Frame, Hub, Modal};
 use crate::tableau::Tableau;
@@ -221,17 +222,7 @@ impl Stepper<Beam> for GaussBeam {
                 return Err(beam.indefinite_at(t, &q).in_step(k));
             }
             Ending::Stopped(iterations, residual) => {
-                return Err(Box::new(Error::Convergence {
-                    message: format!(
-                        "{}: iterations stopped at t = {t:.6} s after {iterations}, change \
-                         {residual:.1e} of the state; reduce the step",
-                        self.name
-                    ),
-                    t,
-                    step: k,
-                    iterations,
-                    residual,
-                }));
+                return Err(not_solved(self.name, t, k, iterations, residual));
             }
         }
         let b = self.last.0;

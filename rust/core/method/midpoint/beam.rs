@@ -344,7 +344,14 @@ impl BeamMidpoint {
             motion.q.write(&mut self.z[..n]);
             self.mid.write(&mut self.z[dof..dof + n]);
             self.z[n..dof].copy_from_slice(&motion.phi[..count]);
-            self.z[dof + n..].copy_from_slice(&self.momenta[..count]);
+            for i in 0..count {
+                let geometry = &motion.geometry;
+                let mut momentum = geometry.columns[i].dot(&motion.rates.w);
+                for j in 0..count {
+                    momentum += geometry.inertia[i][j] * motion.rates.angles[j];
+                }
+                self.z[dof + n + i] = momentum;
+            }
             motion.see(&self.z);
         }
         let forces = motion.push(beam, t)?;

@@ -1,6 +1,7 @@
 //! When an iteration is at its end.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::method::common::not_solved;
 
 /// Iterations at most.
 const CAP: u32 = 50;
@@ -24,7 +25,7 @@ impl Limit {
     /// next time.
     ///
     /// # Errors
-    /// [`Error::Convergence`] where it is no number, or at the cap.
+    /// [`Error::Convergence`](crate::Error::Convergence) where it is no number, or at the cap.
     pub fn reached(
         &self,
         name: &str,
@@ -40,17 +41,7 @@ impl Limit {
             return Ok(true);
         }
         if !moved.is_finite() || iteration == CAP {
-            return Err(Box::new(Error::Convergence {
-                message: format!(
-                    "{name}: Newton stopped at t = {t:.6} s after {iteration} iterations, change \
-                     {:.1e} of the state; reduce the step",
-                    moved / size
-                ),
-                t,
-                step: 0,
-                iterations: iteration,
-                residual: moved / size,
-            }));
+            return Err(not_solved(name, t, 0, iteration, moved / size));
         }
         *last = moved;
         Ok(false)

@@ -1,0 +1,47 @@
+//! What several methods say and do.
+
+use crate::error::{Error, Result};
+
+/// `out += M x`, M row by row.
+pub fn add_product(matrix: &[f64], x: &[f64], out: &mut [f64]) {
+    for (out, row) in out.iter_mut().zip(matrix.chunks_exact(x.len())) {
+        *out += row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
+    }
+}
+
+/// Largest magnitude; not a number where an entry is not.
+pub fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |largest: f64, x| if x.abs() <= largest { largest } else { x.abs() })
+}
+
+/// The error of an iteration that does not end; `left` in parts of the state.
+pub fn not_solved(name: &str, t: f64, step: u64, iterations: u32, left: f64) -> Box<Error> {
+    Box::new(Error::Convergence {
+        message: format!(
+            "{name}: iterations stopped at t = {t:.6} after {iterations}, change {left:.1e} of the \
+             state; reduce the step"
+        ),
+        t,
+        step,
+        iterations,
+        residual: left,
+    })
+}
+
+/// Refuses a new state that is not finite.
+///
+/// # Errors
+/// [`Error::Model`] naming the component.
+pub fn check_finite(name: &str, t: f64, step: u64, z: &[f64]) -> Result<()> {
+    match z.iter().position(|x| !x.is_finite()) {
+        None => Ok(()),
+        Some(component) => Err(Box::new(Error::Model {
+            message: format!(
+                "{name}: component {component} of the state would be {} after the step from t = {t}",
+                z[component]
+            ),
+            t,
+            step,
+        })),
+    }
+}
