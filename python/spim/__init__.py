@@ -22,6 +22,7 @@ from spim._core import (
 )
 from spim._discretize import discretize, discretize_noise
 from spim._ensemble import ensemble
+from spim._functions import HamiltonianSystem, SemilinearSystem, SeparableSystem
 from spim._integrate import integrate
 from spim._methods import methods
 from spim._run import Run
@@ -35,6 +36,7 @@ from spim.tableau import RungeKutta
 __all__ = [
     "ConvergenceError",
     "FailedCase",
+    "HamiltonianSystem",
     "InternalError",
     "LinearSystem",
     "ModelError",
@@ -42,6 +44,8 @@ __all__ = [
     "Propagator",
     "Run",
     "RungeKutta",
+    "SemilinearSystem",
+    "SeparableSystem",
     "SingularMatrixError",
     "Solution",
     "SpimError",

@@ -5,6 +5,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 __all__ = [
+    "Called",
     "CompoundPendulum",
     "ConvergenceError",
     "Flows",
@@ -59,7 +60,7 @@ def energy_coordinates(M: ArrayLike, K: ArrayLike) -> list[tuple[np.ndarray, np.
 def apply(hi: ArrayLike, lo: ArrayLike, x: ArrayLike) -> np.ndarray: ...
 def methods() -> list[dict[str, Any]]: ...
 def integrate(
-    system: Linear | RotatingBeam | CompoundPendulum,
+    system: Linear | RotatingBeam | CompoundPendulum | Called,
     matrices: Any,
     load: Any,
     z0: ArrayLike,
@@ -140,6 +141,20 @@ class RotatingBeam:
     def rates(self, t: ArrayLike, z: ArrayLike) -> np.ndarray: ...
     def momenta(self, t: ArrayLike, z: ArrayLike) -> np.ndarray: ...
     def rate(self, t: ArrayLike, z: ArrayLike) -> np.ndarray: ...
+
+@final
+class Called:
+    def __new__(
+        cls,
+        kind: str,
+        function: Callable[..., Any],
+        len: int,
+        writes: bool,
+        matrix: ArrayLike | None = None,
+        velocity: Callable[..., Any] | None = None,
+    ) -> Called: ...
+    @property
+    def size(self) -> int: ...
 
 @final
 class CompoundPendulum:

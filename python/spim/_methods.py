@@ -17,8 +17,8 @@ class Method:
     symplectic, symmetric, energy_preserving : bool
         Of the step on Hamiltonian systems.
     needs : str
-        The structure it needs: "flow" (any system), "linear", "structure" or "separable" (free and
-        undamped).
+        The structure it needs: "flow" (any system), "linear", "structure", "separable" (linear,
+        free and undamped), "split" (q' of p alone, p' of q alone) or "semilinear".
     reproducible : str
         Where its results are the same bits.
     reference : str

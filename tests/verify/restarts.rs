@@ -4,10 +4,45 @@ use std::sync::Arc;
 
 use spim::method::{METHODS, MethodInfo, Needs, Options, State, Value, build};
 use spim::propagate::Clock;
-use spim::system::{Linear, Problem, Structural};
+use spim::system::{Flow, Linear, Problem, Separable, Structural};
+
+/// `M q'' + K q = 0` with diagonal M as a separable system.
+struct Springs {
+    mass: Vec<f64>,
+    stiffness: Vec<f64>,
+}
+
+impl Flow for Springs {
+    fn len(&self) -> usize {
+        2 * self.mass.len()
+    }
+    fn rate(&self, t: f64, z: &[f64], f: &mut [f64]) -> spim::Result<()> {
+        let n = self.mass.len();
+        let ((q, p), (dq, dp)) = (z.split_at(n), f.split_at_mut(n));
+        self.velocity(p, dq)?;
+        self.force(t, q, dp)
+    }
+}
+
+impl Separable for Springs {
+    fn velocity(&self, p: &[f64], rate: &mut [f64]) -> spim::Result<()> {
+        rate.iter_mut().zip(p.iter().zip(&self.mass)).for_each(|(rate, (p, m))| *rate = p / m);
+        Ok(())
+    }
+    fn force(&self, _t: f64, q: &[f64], rate: &mut [f64]) -> spim::Result<()> {
+        for (rate, row) in rate.iter_mut().zip(self.stiffness.chunks_exact(q.len())) {
+            *rate = -row.iter().zip(q).map(|(k, q)| k * q).sum::<f64>();
+        }
+        Ok(())
+    }
+}
 
 /// `M q'' + K q = 0` with diagonal M, as a method needs it: for modes without coupling.
 pub fn structure(info: &MethodInfo, mass: &[f64], stiffness: &[f64]) -> Problem {
+    if info.needs == Needs::Split {
+        let springs = Springs { mass: mass.to_vec(), stiffness: stiffness.to_vec() };
+        return Problem::Separable(Arc::new(springs));
+    }
     let n = mass.len();
     let (mut a, mut m) = (vec![0.0; 4 * n * n], vec![0.0; n * n]);
     for i in 0..n {
@@ -53,7 +88,9 @@ fn a_step_that_fails_leaves_the_state_as_it_was() {
         let a = vec![rate, 0.0, 0.0, 0.9 * rate];
         let problem = match info.needs {
             // A negative stiffness.
-            Needs::Structural | Needs::Separable => structure(info, &[1.0], &[-rate * rate]),
+            Needs::Structural | Needs::Separable | Needs::Split => {
+                structure(info, &[1.0], &[-rate * rate])
+            }
             _ => Problem::Linear(Arc::new(Linear::new(2, a).unwrap())),
         };
         for options in choices(info) {
@@ -68,7 +105,9 @@ fn a_step_that_fails_leaves_the_state_as_it_was() {
                 k += 1;
                 assert!(k < 10_000, "{}: no end of growth", info.name);
             };
-            assert!(k > 40, "{}: failed at step {k}", info.name);
+            // Explicit compositions, far beyond their stability, grow by more.
+            let least = if info.needs == Needs::Split { 3 } else { 40 };
+            assert!(k > least, "{}: failed at step {k}", info.name);
             // As text: what is carried may hold numbers that are none, which equal nothing.
             let same = format!("{state:?}") == format!("{before:?}");
             assert!(same, "{} at step {k}", info.name);

@@ -5,6 +5,7 @@
 //! verification suite read the records.
 
 mod common;
+mod composition;
 mod gauss;
 mod lawson;
 mod linear;
@@ -234,6 +235,8 @@ pub enum Needs {
     Modes,
     /// `z' = A z + F(z, t)`.
     SemiLinear,
+    /// `q' = v(p)`, `p' = f(t, q)`.
+    Split,
     /// A free linear system `q' = P p`, `p' = R q` with symmetric matrices.
     Separable,
 }
@@ -251,6 +254,7 @@ impl Needs {
             Needs::Linear => "linear",
             Needs::Structural | Needs::Modes => "structure",
             Needs::SemiLinear => "semilinear",
+            Needs::Split => "split",
             Needs::Separable => "separable",
         }
     }
@@ -276,6 +280,10 @@ pub const METHODS: &[&MethodInfo] = &[
     &lawson::LAWSON_GAUSS4,
     &lawson::LAWSON_GAUSS6,
     &lawson::LAWSON_GAUSS8,
+    &composition::VERLET,
+    &composition::YOSHIDA4,
+    &composition::YOSHIDA6,
+    &composition::YOSHIDA8,
     &gauss::GAUSS4,
     &gauss::GAUSS6,
     &gauss::GAUSS8,
@@ -316,6 +324,9 @@ pub fn build(
     let (enough, needed) = match info.needs {
         Needs::Flow => (true, "any system"),
         Needs::Linear => (problem.linear().is_some(), "a linear system z' = A z + f(t)"),
+        Needs::Split => {
+            (matches!(problem, Problem::Separable(_)), "a separable system q' = v(p), p' = f(q)")
+        }
         Needs::SemiLinear => {
             (problem.semilinear().is_some(), "a semilinear system z' = A z + F(z, t)")
         }

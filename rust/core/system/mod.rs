@@ -3,6 +3,7 @@
 mod linear;
 mod load;
 mod semilinear;
+mod separable;
 mod structural;
 
 use std::sync::Arc;
@@ -10,6 +11,7 @@ use std::sync::Arc;
 pub use linear::Linear;
 pub use load::{Generator, Load, Record};
 pub use semilinear::SemiLinear;
+pub use separable::Separable;
 pub use structural::{EnergyCoordinates, Structural};
 
 use crate::error::Result;
@@ -83,6 +85,8 @@ pub enum Problem {
     Linear(Arc<Linear>),
     /// A beam on a rotating hub.
     Beam(Arc<Beam>),
+    /// Kinetic energy of momenta, potential of coordinates.
+    Separable(Arc<dyn Separable>),
     /// A stiff linear part and a remainder.
     SemiLinear(Arc<dyn SemiLinear>),
     /// A system with an energy.
@@ -98,6 +102,7 @@ impl Problem {
             Problem::Structural(system) => system.linear.clone(),
             Problem::Linear(system) => system.clone(),
             Problem::Beam(system) => system.clone(),
+            Problem::Separable(system) => system.clone(),
             Problem::SemiLinear(system) => system.clone(),
             Problem::Hamiltonian(system) => system.clone(),
             Problem::Flow(system) => system.clone(),
@@ -127,6 +132,7 @@ impl Problem {
             Problem::Structural(_) => "a linear structure",
             Problem::Linear(_) => "a linear system",
             Problem::Beam(_) => "a rotating beam",
+            Problem::Separable(_) => "a separable system",
             Problem::SemiLinear(_) => "a semilinear system",
             Problem::Hamiltonian(_) => "a Hamiltonian system",
             Problem::Flow(_) => "a general system z' = f(t, z)",

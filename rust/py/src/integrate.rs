@@ -13,6 +13,7 @@ use spim::propagate::{Clock, End, propagate};
 use spim::system::{self, Flow, Generator, Hamiltonian, Problem};
 
 use crate::beam::RotatingBeam;
+use crate::callback::Called;
 use crate::convert::{self, real, slice, slice_mut};
 use crate::error::{from_python, guarded, to_python};
 use crate::expm::{shown, warn_of_size};
@@ -223,6 +224,9 @@ fn problem_of(
 ) -> PyResult<Problem> {
     if let Ok(beam) = system.cast::<RotatingBeam>() {
         return Ok(Problem::Beam(beam.get().beam.clone()));
+    }
+    if let Ok(called) = system.cast::<Called>() {
+        return Ok(called.get().problem.clone());
     }
     if let Ok(pendulum) = system.cast::<CompoundPendulum>() {
         return Ok(Problem::SemiLinear(pendulum.get().model.clone()));

@@ -1,6 +1,7 @@
 //! The Python module `spim._core`: arguments in, arrays out, nothing computed here.
 
 mod beam;
+mod callback;
 mod convert;
 mod error;
 mod expm;
@@ -22,6 +23,8 @@ use pyo3::prelude::*;
 mod _core {
     #[pymodule_export]
     use super::beam::RotatingBeam;
+    #[pymodule_export]
+    use super::callback::Called;
     #[pymodule_export]
     use super::error::{
         ConvergenceError, InternalError, ModelError, PrecisionWarning, SingularMatrixError,
