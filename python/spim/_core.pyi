@@ -6,11 +6,11 @@ from numpy.typing import ArrayLike
 
 __all__ = [
     "Called",
-    "CompoundPendulum",
     "ConvergenceError",
     "Flows",
     "InternalError",
     "Linear",
+    "Model",
     "ModelError",
     "PrecisionWarning",
     "Propagator",
@@ -60,7 +60,7 @@ def energy_coordinates(M: ArrayLike, K: ArrayLike) -> list[tuple[np.ndarray, np.
 def apply(hi: ArrayLike, lo: ArrayLike, x: ArrayLike) -> np.ndarray: ...
 def methods() -> list[dict[str, Any]]: ...
 def integrate(
-    system: Linear | RotatingBeam | CompoundPendulum | Called,
+    system: Linear | RotatingBeam | Model | Called,
     matrices: Any,
     load: Any,
     z0: ArrayLike,
@@ -157,15 +157,8 @@ class Called:
     def size(self) -> int: ...
 
 @final
-class CompoundPendulum:
-    def __new__(
-        cls,
-        rod_mass: float,
-        length: float,
-        bead_mass: float,
-        stiffness: float,
-        gravity: float,
-    ) -> CompoundPendulum: ...
+class Model:
+    def __new__(cls, name: str, parameters: ArrayLike) -> Model: ...
     @property
     def size(self) -> int: ...
     def energies(self, t: ArrayLike, z: ArrayLike) -> np.ndarray: ...

@@ -5,8 +5,11 @@
 //! constant `-m g`; the gradient of eq. 52 is used. The linear part is that at the equilibrium, the
 //! rest exact.
 
-use crate::error::{Error, Result};
-use crate::system::{Flow, Hamiltonian, SemiLinear};
+use std::sync::Arc;
+
+use super::{Native, positive};
+use crate::error::Result;
+use crate::system::{Flow, Hamiltonian, Problem, SemiLinear};
 
 /// The pendulum; its state is `[x, t, px, pt]`.
 #[derive(Clone, Debug)]
@@ -20,26 +23,27 @@ pub struct CompoundPendulum {
     matrix: [f64; 16],
 }
 
+/// With the masses of rod and bead, length, stiffness and gravity.
+///
+/// # Errors
+/// [`Error::Argument`](crate::Error::Argument) for numbers that are not positive.
+pub fn make(parameters: &[f64]) -> Result<Native> {
+    let names = ["rod_mass", "length", "bead_mass", "stiffness", "gravity"];
+    let [rod_mass, length, bead_mass, stiffness, gravity] = positive(names, parameters)?;
+    let model = CompoundPendulum::new(rod_mass, length, bead_mass, stiffness, gravity);
+    let model = Arc::new(model);
+    Ok(Native { problem: Problem::SemiLinear(model.clone()), hamiltonian: model })
+}
+
 impl CompoundPendulum {
-    /// Masses in kg, length in m, stiffness in N/m, gravity in m/s^2.
-    ///
-    /// # Errors
-    /// [`Error::Argument`] for numbers that are not positive and finite.
+    /// Masses in kg, length in m, stiffness in N/m, gravity in m/s^2, all positive.
     pub fn new(
         rod_mass: f64,
         length: f64,
         bead_mass: f64,
         stiffness: f64,
         gravity: f64,
-    ) -> Result<CompoundPendulum> {
-        let names = ["rod_mass", "length", "bead_mass", "stiffness", "gravity"];
-        for (name, x) in names.into_iter().zip([rod_mass, length, bead_mass, stiffness, gravity]) {
-            if !(x > 0.0 && x.is_finite()) {
-                return Err(Error::argument(format!(
-                    "{name}: must be positive and finite, got {x}"
-                )));
-            }
-        }
+    ) -> CompoundPendulum {
         let mut made =
             CompoundPendulum { rod_mass, length, bead_mass, stiffness, gravity, matrix: [0.0; 16] };
         let arm = made.rest();
@@ -47,7 +51,7 @@ impl CompoundPendulum {
         made.matrix[4 + 3] = 1.0 / (made.inertia() + bead_mass * arm * arm);
         made.matrix[8] = -stiffness;
         made.matrix[12 + 1] = -(0.5 * rod_mass * length + bead_mass * arm) * gravity;
-        Ok(made)
+        made
     }
 
     fn inertia(&self) -> f64 {
@@ -128,7 +132,7 @@ mod tests {
 
     #[test]
     fn rates_are_those_of_the_energy_and_the_split_adds_up() {
-        let pendulum = CompoundPendulum::new(1.0, 1.0, 0.1, 100.0, 9.81914).unwrap();
+        let pendulum = CompoundPendulum::new(1.0, 1.0, 0.1, 100.0, 9.81914);
         let z = [0.1, 0.6, -0.2, 0.4];
         let (mut f, mut rest) = ([0.0; 4], [0.0; 4]);
         pendulum.rate(0.0, &z, &mut f).unwrap();

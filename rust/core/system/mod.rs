@@ -122,6 +122,7 @@ impl Problem {
     pub fn semilinear(&self) -> Option<Arc<dyn SemiLinear>> {
         match self {
             Problem::SemiLinear(system) => Some(system.clone()),
+            Problem::Separable(system) => system.semilinear(),
             _ => Some(self.linear()?.clone()),
         }
     }

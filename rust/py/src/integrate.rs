@@ -18,7 +18,7 @@ use crate::convert::{self, real, slice, slice_mut};
 use crate::error::{from_python, guarded, to_python};
 use crate::expm::{shown, warn_of_size};
 use crate::load::Acting;
-use crate::models::CompoundPendulum;
+use crate::models::Model;
 use crate::watch;
 
 /// A homogeneous linear system `z' = A z`, as the core holds it.
@@ -228,8 +228,8 @@ fn problem_of(
     if let Ok(called) = system.cast::<Called>() {
         return Ok(called.get().problem.clone());
     }
-    if let Ok(pendulum) = system.cast::<CompoundPendulum>() {
-        return Ok(Problem::SemiLinear(pendulum.get().model.clone()));
+    if let Ok(model) = system.cast::<Model>() {
+        return Ok(model.get().native.problem.clone());
     }
     let mut linear = system.cast::<Linear>()?.get().system.clone();
     if let Some(load) = load {

@@ -39,7 +39,7 @@ mod _core {
     #[pymodule_export]
     use super::matrices::{apply, energy_coordinates, quadratic, solve};
     #[pymodule_export]
-    use super::models::CompoundPendulum;
+    use super::models::Model;
     #[pymodule_export]
     use super::phi::phi;
     #[pymodule_export]

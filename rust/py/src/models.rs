@@ -1,61 +1,55 @@
 //! Native nonlinear models for Python code.
 
-use std::sync::Arc;
-
 use pyo3::prelude::*;
-use spim::model::pendulum;
-use spim::system::{Flow, Hamiltonian};
+use spim::model::{self, Native};
 
+use crate::convert::{real, slice};
 use crate::error::to_python;
 use crate::states;
 
-/// A bead on a spring along a swinging rod, as the core holds it.
+/// A model made of numbers, as the core holds it.
 #[pyclass(frozen, module = "spim._core")]
-pub struct CompoundPendulum {
+pub struct Model {
     /// The model.
-    pub model: Arc<pendulum::CompoundPendulum>,
+    pub native: Native,
 }
 
 #[pymethods]
-impl CompoundPendulum {
+impl Model {
+    /// By name, of its parameters.
     #[new]
-    fn new(
-        rod_mass: f64,
-        length: f64,
-        bead_mass: f64,
-        stiffness: f64,
-        gravity: f64,
-    ) -> PyResult<Self> {
-        let made = pendulum::CompoundPendulum::new(rod_mass, length, bead_mass, stiffness, gravity);
-        Ok(CompoundPendulum { model: Arc::new(made.map_err(to_python)?) })
+    fn new(name: &str, parameters: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let parameters = real("parameters", parameters)?;
+        let native = model::named(name, slice(&parameters)).map_err(to_python)?;
+        Ok(Model { native })
     }
 
-    /// Length of the state.
+    /// Length m of the state.
     #[getter]
     fn size(&self) -> usize {
-        self.model.len()
+        self.native.hamiltonian.len()
     }
 
-    /// Energies of states (k, 4) at times (k,) -> (k, 1).
+    /// Energies of states (k, m) at times (k,) -> (k, 1).
     fn energies<'py>(
         &self,
         t: &Bound<'py, PyAny>,
         z: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let model = &self.model;
+        let model = &self.native.hamiltonian;
         states::map(model.len(), t, z, 1, |t, z, out| {
             out[0] = model.energy(t, z)?;
             Ok(())
         })
     }
 
-    /// `z'` of states (k, 4) at times (k,).
+    /// `z'` of states (k, m) at times (k,).
     fn rate<'py>(
         &self,
         t: &Bound<'py, PyAny>,
         z: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let model = &self.model;
+        let model = &self.native.hamiltonian;
         states::map(model.len(), t, z, model.len(), |t, z, out| model.rate(t, z, out))
     }
 }

@@ -1,0 +1,53 @@
+"""Two bodies under gravity, in a plane."""
+
+import math
+
+import numpy as np
+
+from spim._arrays import finite
+from spim.models._native import Native
+
+
+class Kepler(Native):
+    """``H = |p|^2/2 - mu/|q|``, the state ``z = [x, y, px, py]``.
+
+    Invariants: the energy, `angular_momentum`, and the direction and shape of the ellipse,
+    `eccentricity_vector`.
+
+    Parameters
+    ----------
+    mu : float
+        Gravitational parameter.
+    """
+
+    _name = "kepler"
+    _preferred = "yoshida8", "explicit, symplectic: the system is separable"
+
+    def __init__(self, mu=1.0):
+        self.mu = float(finite("mu", mu, ()))
+        self._make(self.mu)
+
+    def state(self, eccentricity=0.6):
+        """At the point nearest the centre of an ellipse of half axis 1, (4,)."""
+        e = float(finite("eccentricity", eccentricity, ()))
+        if not 0.0 <= e < 1.0:
+            raise ValueError(f"eccentricity: must be from 0 to below 1, got {e:g}")
+        return np.array([1.0 - e, 0.0, 0.0, math.sqrt(self.mu * (1.0 + e) / (1.0 - e))])
+
+    @property
+    def period(self):
+        """Of an ellipse of half axis 1."""
+        return 2.0 * math.pi / math.sqrt(self.mu)
+
+    def angular_momentum(self, z):
+        """``x py - y px``, (..., 4) -> (...)."""
+        x, y, px, py = np.moveaxis(np.asarray(z, float), -1, 0)
+        return x * py - y * px
+
+    def eccentricity_vector(self, z):
+        """To the nearest point, its length the eccentricity, (..., 4) -> (..., 2)."""
+        x, y, px, py = np.moveaxis(np.asarray(z, float), -1, 0)
+        turn, distance = x * py - y * px, np.hypot(x, y)
+        return np.stack(
+            [py * turn / self.mu - x / distance, -px * turn / self.mu - y / distance], -1
+        )
