@@ -123,6 +123,7 @@ class RotatingBeam:
         length: float,
         rule: list[list[float]],
         moments: list[float],
+        tip_inertia: float,
         coupling: str,
         hub: tuple[float, float | None] | None,
         rotation: Any,

@@ -44,7 +44,7 @@ class Solution:
         self.system = system
         self._options = options
         self._name = run["method"]
-        self.t, self.last = run["t"], run["last"]
+        self.t, self.last = run["t"], self._shown(run["last"])
         if shown:
             self.outputs = run["z"]
         else:
@@ -63,7 +63,7 @@ class Solution:
     def __getattr__(self, name):
         # Asked for only where the attribute is not there.
         # A property that needs states ends here as well.
-        if "outputs" in self.__dict__ and (name == "z" or hasattr(type(self), name)):
+        if "outputs" in self.__dict__ and (name in ("z", "_rows") or hasattr(type(self), name)):
             raise AttributeError(
                 f"{name}: only outputs were stored, as outputs= asked; the last state is .last"
             )

@@ -49,6 +49,7 @@ pub fn beam(count: usize, hub: Hub, coupling: Coupling) -> Beam {
         bending_stiffness: vec![[1.0; POINTS]; count],
         rule: RULE,
         moments: [1.0, 0.5, 1.0 / 3.0],
+        tip_inertia: 0.0,
     };
     for i in 0..count {
         for (x, weight) in RULE[0].into_iter().zip(RULE[1]) {

@@ -117,7 +117,10 @@ class BeamAnalysis:
         return plots.sketch(self, ax, what)
 
     def modal(self, hub="free"):
-        """Modes of the whole system about its static equilibrium.
+        """Modes of the whole system about its static equilibrium under gravity.
+
+        Torques, loads, damping and a prescribed rotation are left out; `spinning_modes` has
+        rotation.
 
         Parameters
         ----------
@@ -139,11 +142,12 @@ class BeamAnalysis:
         if hub == "clamped" or self.angles == 0:
             M, _, K, _, _, _ = self._linear()
             if self.gravity != (0.0, 0.0):
-                y = self._equilibrium(clamped=True)
-                K = self._tangent(y)[: len(K), : len(K)]
+                beam = self._without_loads(rotation=lambda t: 0.0)
+                K = beam._tangent(beam._equilibrium())
         else:
-            y = self._equilibrium()
-            M, K = self._mass(y), self._tangent(y)
+            beam = self._without_loads()
+            y = beam._equilibrium()
+            M, K = beam._mass(y), beam._tangent(y)
         squares, shapes = mode_shapes(0.5 * (M + M.T), 0.5 * (K + K.T))
         small = 1e-9 * squares.max() / len(squares) ** 2 * np.finfo(float).eps ** 0.5
         squares = np.where(np.abs(squares) <= small, 0.0, squares)
@@ -242,8 +246,9 @@ class BeamAnalysis:
         if unit not in UNITS:
             raise ValueError(f"unit: must be one of {', '.join(map(repr, UNITS))}, got {unit!r}")
         speeds = np.atleast_1d(finite("speeds", speeds)) * UNITS[unit]
-        if speeds.ndim != 1:
-            raise ValueError(f"speeds: must have shape (s,), got {speeds.shape}")
+        if speeds.ndim != 1 or not speeds.size or (np.diff(speeds) <= 0.0).any():
+            raise ValueError(f"speeds: must ascend, shape (s,), got shape {speeds.shape}")
+        planes = (planes,) if isinstance(planes, str) else planes
         columns, labels = [], []
         for plane in planes:
             followed, last = [], None
@@ -313,17 +318,24 @@ class BeamAnalysis:
             found.append((8.0 * near - far) / (12.0 * d[k]))
         return np.array(found).T
 
-    def _equilibrium(self, clamped=False):
+    def _without_loads(self, rotation=None):
+        """The same beam under gravity and springs alone; clamped where a rotation is given."""
+        left_out = ("hub_torque", "joint_torque", "tip_force", "distributed_force", "damping")
+        given = {name: value for name, value in self._given.items() if name not in left_out}
+        if rotation is not None:
+            clamped = ("hub_inertia", "ground_spring", "joint_spring")
+            given = {name: value for name, value in given.items() if name not in clamped}
+            given["rotation"] = rotation
+        return type(self)(**given)
+
+    def _equilibrium(self):
         """Coordinates at which nothing accelerates, by Newton's method from rest."""
         y = np.zeros(self.dof)
-        free = 3 * self.elements if clamped else self.dof
         if self.gravity == (0.0, 0.0):
             return y
         for _ in range(50):
-            force = self._forces(y)[:free]
-            K = self._tangent(y)[:free, :free]
-            change = np.linalg.lstsq(K, force, rcond=1e-13)[0]
-            y[:free] += change
+            change = np.linalg.lstsq(self._tangent(y), self._forces(y), rcond=1e-13)[0]
+            y += change
             if np.abs(change).max() <= 1e-12 * max(self.length, np.abs(y).max()):
                 return y
         raise ValueError("modal: no static equilibrium found under this gravity")

@@ -4,6 +4,21 @@ from pathlib import Path
 
 import numpy as np
 
+UNITS = {
+    "tip_u": "m",
+    "tip_v": "m",
+    "phi1": "rad",
+    "phi2": "rad",
+    "omega": "rad/s",
+    "p_phi": "N m s",
+    "energy": "J",
+    "kinetic_energy": "J",
+    "potential_energy": "J",
+    "work": "J",
+    "dissipated": "J",
+    "balance_error": "J",
+}
+
 
 def axes(ax=None):
     """Axes to draw on: those given, or new ones."""
@@ -20,6 +35,8 @@ def axes(ax=None):
 
 def sketch(beam, ax=None, what="model"):
     """Draw a beam on its hub: the paper's Figs. 1 to 3."""
+    if what not in ("model", "elements"):
+        raise ValueError(f'what: must be "model" or "elements", got {what!r}')
     ax = axes(ax)
     L, R = beam.length, max(beam.hub_radius, 0.04 * beam.length)
     if what == "elements":
@@ -98,13 +115,16 @@ def plot_energy(solution, ax=None, relative=False):
 
 def plot_response(solution, ax=None, quantities=("tip_u", "tip_v")):
     """Draw quantities of a run over time."""
-    units = {"phi1": "rad", "phi2": "rad", "omega": "rad/s", "energy": "J", "work": "J"}
     ax = axes(ax)
+    if isinstance(quantities, str):
+        quantities = (quantities,)
     for name in quantities:
         values = np.asarray(getattr(solution, name))
         if values.ndim != 1 or len(values) != len(solution.t):
             raise ValueError(f"quantities: {name!r} is not one number a time")
-        ax.plot(solution.t, values, lw=0.8, label=f"{name} [{units.get(name, 'm')}]")
+        ax.plot(
+            solution.t, values, lw=0.8, label=f"{name} [{UNITS[name]}]" if name in UNITS else name
+        )
     ax.set(xlabel="t [s]")
     ax.legend(frameon=False)
     return ax
@@ -115,6 +135,9 @@ def animate(solution, path, frames=120, fps=25):
     path = Path(path)
     if path.suffix not in (".gif", ".html"):
         raise ValueError(f'path: must end in ".gif" or ".html", got {str(path)!r}')
+    for name, value in (("frames", frames), ("fps", fps)):
+        if not value > 0:
+            raise ValueError(f"{name}: must be positive, got {value}")
     ax = axes()
     from matplotlib import animation, pyplot
 

@@ -95,7 +95,7 @@ class BeamSolution(Solution):
 
     @property
     def p_phi(self):
-        """Momenta of the angles, (k,), or (k, 2) with a joint; N m s."""
+        """Momenta of the angles, (k,), or (k, 2) with a joint, (k, 0) where prescribed; N m s."""
         momenta = self.z[:, self.system.dof + 3 * self.system.elements :]
         return momenta[:, 0] if self.system.angles == 1 else momenta
 

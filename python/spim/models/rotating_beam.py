@@ -120,7 +120,9 @@ class RotatingBeam(BeamAnalysis, System):
         follower=False,
         rotation=None,
     ):
-        self._given = {k: v for k, v in locals().items() if k not in ("self", "__class__")}
+        given = {k: v for k, v in locals().items() if k not in ("self", "__class__")}
+        # Arrays may be written to later.
+        self._given = {k: v.copy() if isinstance(v, np.ndarray) else v for k, v in given.items()}
         if not isinstance(section, TaperedSection | DistributedSection):
             raise TypeError(
                 "section: must be a spim.models.TaperedSection or DistributedSection, got "
@@ -146,6 +148,8 @@ class RotatingBeam(BeamAnalysis, System):
         self.damping = tuple(finite("damping", damping, (2,)).tolist())
         if min(self.damping) < 0.0:
             raise ValueError(f"damping: must not be negative, got {self.damping}")
+        if not isinstance(follower, bool | np.bool_):
+            raise TypeError(f"follower: must be true or false, got {follower!r}")
         self.rotation, self.follower = rotation, bool(follower)
         self._native = None if rotation is None else rotations.native(rotation)
         self._check_hub(hub_torque, joint_torque)
@@ -188,6 +192,7 @@ class RotatingBeam(BeamAnalysis, System):
             self.length / self.elements,
             [points.tolist(), weights.tolist()],
             self._moments.tolist(),
+            self.tip_inertia,
             self.coupling,
             hub,
             self._native,
@@ -360,7 +365,7 @@ class RotatingBeam(BeamAnalysis, System):
 
     def _mapped(self, what, z, t):
         """A function of the core over states (..., 2 N) and times."""
-        z = np.asarray(z, float)
+        z = finite("z", z)
         if not z.ndim or z.shape[-1] != self.size:
             raise ValueError(f"z: must have shape (..., {self.size}), got {z.shape}")
         flat = z.reshape(-1, self.size)
@@ -392,7 +397,7 @@ class RotatingBeam(BeamAnalysis, System):
         return self._mapped("rate", z, t)
 
     def matrices(self, q, rates):
-        """The matrices of eq. 15 at coordinates and rates.
+        """The matrices of eq. 15 at coordinates and rates: without gravity, loads and damping.
 
         Parameters
         ----------
@@ -408,10 +413,12 @@ class RotatingBeam(BeamAnalysis, System):
         Raises
         ------
         UnsupportedError
-            A joint: its matrices are not of this form.
+            A joint, or ``coupling="third"``: their matrices are not of this form.
         """
-        if self.angles == 2:
-            raise _core.UnsupportedError("matrices: the joint must be locked, as eq. 15 has it")
+        if self.angles == 2 or self.coupling == "third":
+            raise _core.UnsupportedError(
+                "matrices: the joint must be locked and elasticity linear, as eq. 15 has it"
+            )
         n = 3 * self.elements
         q, rates = finite("q", q, (n + 1,)), finite("rates", rates, (n + 1,))
         M, G, K, Q, a, b = self._linear()
@@ -434,6 +441,8 @@ class RotatingBeam(BeamAnalysis, System):
         A, R = self._assembled, self.hub_radius
         shortens = 1.0 if self.coupling == "foac" else 0.0
         Q = A["M"] - shortens * (A["D1"] + R * A["D0"])
+        # What turns with its section is not flung outward by the turning.
+        Q[-1, -1] -= self.tip_inertia
         return A["M"], A["G"], A["K"], Q, A["a_v"] + R * A["s_v"], A["a_u"] + R * A["s_u"]
 
     @functools.cached_property

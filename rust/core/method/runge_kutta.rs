@@ -15,11 +15,12 @@ use crate::tableau::{self, Shape, Stages};
 /// Iterations at most.
 const CAP: u32 = 30;
 
-/// Change, in parts of the state, that the next iteration may leave undone.
-const ROUNDING: f64 = 1e-17;
+/// Change, in parts of the state, that the next iteration may leave undone: far below rounding, as a
+/// Jacobian by differences shrinks the stiffest parts last.
+const ROUNDING: f64 = 1e-22;
 
 /// Change below which one that does not shrink is rounding.
-const SMALL: f64 = 1e-10;
+const SMALL: f64 = 1e-12;
 
 struct RungeKutta {
     name: &'static str,
@@ -145,7 +146,12 @@ impl RungeKutta {
         work: &mut Work,
     ) -> Result<()> {
         let (m, s, h) = (z.len(), self.stages.count(), self.h);
-        let size = z.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+        // Coordinates and momenta differ in size; at rest there is only what the step adds.
+        let half = m.div_ceil(2);
+        let mut sizes = [0.0_f64; 2];
+        for (at, x) in z.iter().enumerate() {
+            sizes[at / half] = sizes[at / half].max(x.abs());
+        }
         let mut last = f64::INFINITY;
         for iteration in 1..=CAP {
             for i in first..first + together {
@@ -166,17 +172,24 @@ impl RungeKutta {
             }
             let change = &mut self.change[..m * together];
             self.lu.solve(change);
-            let mut moved = 0.0_f64;
-            for (d, x) in self.increments[m * first..].iter_mut().zip(&*change) {
+            let mut changes = [0.0_f64; 2];
+            for (at, (d, x)) in self.increments[m * first..].iter_mut().zip(&*change).enumerate() {
                 *d += x;
+                let part = at % m / half;
+                sizes[part] = sizes[part].max(d.abs());
                 // Not a number stays.
-                moved = if x.abs() <= moved { moved } else { x.abs() };
+                changes[part] = if x.abs() <= changes[part] { changes[part] } else { x.abs() };
             }
+            let [one, other] = [0, 1].map(|part| match changes[part] {
+                0.0 => 0.0,
+                change => change / sizes[part],
+            });
+            let moved = if one >= other || one.is_nan() { one } else { other };
             if !moved.is_finite() {
                 break;
             }
             let left = if last.is_finite() { moved * (moved / last).min(1.0) } else { moved };
-            if left <= ROUNDING * size || (moved >= last && moved <= SMALL * size) {
+            if left <= ROUNDING || (moved >= last && moved <= SMALL) {
                 return Ok(());
             }
             if iteration == CAP {
@@ -184,7 +197,7 @@ impl RungeKutta {
             }
             last = moved;
         }
-        Err(not_solved(self.name, t, 0, CAP, last / size))
+        Err(not_solved(self.name, t, 0, CAP, last))
     }
 }
 

@@ -124,13 +124,14 @@ impl RotatingBeam {
     /// `arrays`: matrices of elements; `hub`: `(inertia, spring)` with None for a locked joint, or
     /// None where the rotation is prescribed.
     #[new]
-    #[pyo3(signature = (arrays, length, rule, moments, coupling, hub, rotation, radius, ground_spring, gravity, damping, loads, follow))]
+    #[pyo3(signature = (arrays, length, rule, moments, tip_inertia, coupling, hub, rotation, radius, ground_spring, gravity, damping, loads, follow))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         arrays: &Bound<'_, PyDict>,
         length: f64,
         rule: [[f64; POINTS]; 2],
         moments: [f64; 3],
+        tip_inertia: f64,
         coupling: &str,
         hub: Option<(f64, Option<f64>)>,
         rotation: Option<&Bound<'_, PyAny>>,
@@ -158,6 +159,7 @@ impl RotatingBeam {
             bending_stiffness: vectors(arrays, "bending_stiffness")?,
             rule,
             moments,
+            tip_inertia,
         };
         let coupling = [Coupling::Zeroth, Coupling::First, Coupling::Third]
             .into_iter()

@@ -103,6 +103,8 @@ pub struct Elements {
     pub rule: [[f64; POINTS]; 2],
     /// `integral of dm`, `x dm` and `x^2 dm`, tip mass included.
     pub moments: [f64; 3],
+    /// Rotary inertia of the tip, in the masses already, kg m^2.
+    pub tip_inertia: f64,
 }
 
 /// Everything else.
@@ -186,6 +188,8 @@ impl Beam {
         let mut outward = bending_mass.clone();
         outward.assemble(-shortens, &elements.pull);
         outward.assemble(-shortens * radius, &elements.shortening);
+        // What turns with its section is not flung outward by the turning.
+        outward.own[2][PAD + nodes - 1] -= elements.tip_inertia;
         let (along, across) = moments(nodes, &elements.axial, &elements.bending);
         let (mut b, mut a) = moments(nodes, &elements.axial_moment, &elements.bending_moment);
         b.add(radius, &along);

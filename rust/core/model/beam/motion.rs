@@ -483,8 +483,8 @@ impl Beam {
         };
         let cure = match self.parameters.coupling {
             Coupling::First => {
-                "the deflection is beyond first-order coupling: coupling=\"third\" \
-                                goes further"
+                "the deflection is beyond first-order coupling, and \
+                 coupling=\"third\" goes further, or the step is too large"
             }
             _ => "reduce the step, or raise the hub's inertia",
         };
