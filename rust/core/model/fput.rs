@@ -76,6 +76,9 @@ impl Flow for Chain {
     fn len(&self) -> usize {
         4 * self.springs
     }
+    fn linear(&self) -> Option<&[f64]> {
+        Some(&self.matrix)
+    }
     fn rate(&self, t: f64, z: &[f64], f: &mut [f64]) -> Result<()> {
         let n = 2 * self.springs;
         self.velocity(&z[n..], &mut f[..n])?;

@@ -74,6 +74,10 @@ impl Flow for CompoundPendulum {
         4
     }
 
+    fn linear(&self) -> Option<&[f64]> {
+        Some(&self.matrix)
+    }
+
     fn rate(&self, _t: f64, z: &[f64], f: &mut [f64]) -> Result<()> {
         let CompoundPendulum { rod_mass, length, bead_mass: m, stiffness, gravity: g, .. } = *self;
         let [x, theta, px, ptheta] = *z else { unreachable!("4 components") };

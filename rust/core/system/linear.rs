@@ -104,6 +104,10 @@ impl Flow for Linear {
         self.rows
     }
 
+    fn linear(&self) -> Option<&[f64]> {
+        Some(self.matrix())
+    }
+
     fn rate(&self, t: f64, z: &[f64], f: &mut [f64]) -> Result<()> {
         match &self.load {
             Some(load) => load.value(t, f)?,

@@ -65,6 +65,12 @@ pub trait Flow: Send + Sync {
     fn scratch_len(&self) -> usize {
         2 * self.len()
     }
+
+    /// A constant part `A` of the rates, row by row, that implicit methods solve within their
+    /// iterations: it says how fast they converge, never what they converge to.
+    fn linear(&self) -> Option<&[f64]> {
+        None
+    }
 }
 
 /// A system with an energy, `z = [q; p]`, `q' = dH/dp`, `p' = -dH/dq`.

@@ -111,6 +111,9 @@ impl Flow for Rest {
     fn len(&self) -> usize {
         self.remainder.len
     }
+    fn linear(&self) -> Option<&[f64]> {
+        Some(&self.matrix)
+    }
     fn rate(&self, t: f64, z: &[f64], f: &mut [f64]) -> Result<()> {
         self.remainder.call(t, z, f)?;
         for (f, row) in f.iter_mut().zip(self.matrix.chunks_exact(z.len())) {
