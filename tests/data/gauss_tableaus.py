@@ -6,7 +6,7 @@ python tests/data/gauss_tableaus.py > rust/core/tableau/gauss.rs
 import mpmath as mp
 import numpy as np
 
-mp.mp.dps = 60
+mp.mp.dps = 80
 STAGES = (1, 2, 3, 4, 6, 8)
 
 

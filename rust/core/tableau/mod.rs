@@ -1,9 +1,14 @@
 //! Coefficients of Runge-Kutta methods.
 
+mod collocation;
 mod gauss;
 
 use std::borrow::Cow;
 
+pub use collocation::{
+    COLLOCATION2, COLLOCATION4, COLLOCATION6, COLLOCATION8, COLLOCATION12, COLLOCATION16,
+    COLLOCATION24, COLLOCATION32,
+};
 pub use gauss::{GAUSS2, GAUSS4, GAUSS6, GAUSS8, GAUSS12, GAUSS16};
 
 use crate::error::{Error, Result};
@@ -17,6 +22,48 @@ pub struct Tableau {
     pub b: &'static [f64],
     /// Places of the stages in the step.
     pub c: &'static [f64],
+}
+
+/// A Gauss method as `L_i = h b_i f(Z_i)`, `Z_i = z + sum mu_ij L_j`, all stages solved together.
+///
+/// `mu_ij + mu_ji = 1` holds exactly, which makes the method symplectic as it is rounded. With the matrix
+/// `b_i mu_ij = V diag(values) V^-1`, an iteration divides what is left of the equations by a linear part
+/// for each eigenvalue alone.
+#[derive(Clone, Copy, Debug)]
+pub struct Collocation {
+    /// Weights.
+    pub b: &'static [f64],
+    /// Places of the stages in the step.
+    pub c: &'static [f64],
+    /// `a_ij / b_j`, row by row.
+    pub mu: &'static [f64],
+    /// What extrapolates stages to those of the next step, row by row.
+    pub ahead: &'static [f64],
+    /// Eigenvalues with imaginary part of 0 or more: real parts.
+    pub values_real: &'static [f64],
+    /// Their rows of `V^-1`: real parts.
+    pub forward_real: &'static [f64],
+    /// Their columns of `V`, twice those of a pair of conjugates, one after another: real parts.
+    pub backward_real: &'static [f64],
+    /// Imaginary parts.
+    pub values_imaginary: &'static [f64],
+    /// Imaginary parts.
+    pub forward_imaginary: &'static [f64],
+    /// Imaginary parts.
+    pub backward_imaginary: &'static [f64],
+}
+
+/// The tableau of a Gauss method of at most eight stages.
+pub fn gauss(stages: usize) -> Option<Tableau> {
+    match stages {
+        1 => Some(GAUSS2),
+        2 => Some(GAUSS4),
+        3 => Some(GAUSS6),
+        4 => Some(GAUSS8),
+        6 => Some(GAUSS12),
+        8 => Some(GAUSS16),
+        _ => None,
+    }
 }
 
 /// The paper's two stages, eq. 30.
@@ -127,6 +174,74 @@ mod tests {
                     let sum: f64 = (0..s).map(|j| row[j] * stages.c[j].powi(power as i32)).sum();
                     let wanted = stages.c[i].powi(power as i32 + 1) / (power + 1) as f64;
                     assert!((sum - wanted).abs() <= 4e-16, "{s} {i} {power}");
+                }
+            }
+        }
+    }
+
+    const COLLOCATIONS: [Collocation; 8] = [
+        COLLOCATION2,
+        COLLOCATION4,
+        COLLOCATION6,
+        COLLOCATION8,
+        COLLOCATION12,
+        COLLOCATION16,
+        COLLOCATION24,
+        COLLOCATION32,
+    ];
+
+    #[test]
+    fn ratios_are_symplectic_to_the_last_bit() {
+        for table in COLLOCATIONS {
+            let s = table.b.len();
+            for i in 0..s {
+                for j in 0..s {
+                    assert_eq!(table.mu[s * i + j] + table.mu[s * j + i], 1.0, "{s}: {i} {j}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn collocation_is_of_its_order() {
+        for table in COLLOCATIONS {
+            let s = table.b.len();
+            for power in 0..2 * s {
+                let sum: f64 = (0..s).map(|i| table.b[i] * table.c[i].powi(power as i32)).sum();
+                assert!((sum - 1.0 / (power + 1) as f64).abs() <= 4e-16, "{s} {power}");
+            }
+            for i in 0..s {
+                for power in 0..s {
+                    let weight = |j: usize| table.mu[s * i + j] * table.b[j];
+                    let sum: f64 =
+                        (0..s).map(|j| weight(j) * table.c[j].powi(power as i32)).sum();
+                    let wanted = table.c[i].powi(power as i32 + 1) / (power + 1) as f64;
+                    assert!((sum - wanted).abs() <= 4e-16, "{s} {i} {power}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_matrix_of_the_stages_is_that_of_its_eigenvalues() {
+        for table in COLLOCATIONS {
+            let (s, pairs) = (table.b.len(), table.values_real.len());
+            let largest = table.backward_real.iter().fold(0.0_f64, |x, y| x.max(y.abs()));
+            for i in 0..s {
+                for j in 0..s {
+                    let mut sum = 0.0;
+                    for k in 0..pairs {
+                        let [a, b] = [table.values_real[k], table.values_imaginary[k]];
+                        let [c, d] =
+                            [table.forward_real[s * k + j], table.forward_imaginary[s * k + j]];
+                        // Complex products, of which the real part counts.
+                        let (re, im) = (a * c - b * d, a * d + b * c);
+                        let at = s * k + i;
+                        sum += table.backward_real[at] * re - table.backward_imaginary[at] * im;
+                    }
+                    let wanted = table.b[i] * table.mu[s * i + j];
+                    // Rounding of large vectors.
+                    assert!((sum - wanted).abs() <= 1e-15 * largest.max(1.0), "{s}: {i} {j}");
                 }
             }
         }
