@@ -8,6 +8,7 @@
 
 mod elementwise;
 mod gemm;
+mod math;
 mod pack;
 mod pair;
 mod stepping;
@@ -17,7 +18,7 @@ use std::sync::atomic::{AtomicU8, Ordering};
 pub use elementwise::{ColumnSums, Finite, Maxima, PackColumns, Scale, Sides, Sums, UnpackColumns};
 pub use gemm::{Product, small_product};
 pub(crate) use pack::fused;
-pub use pack::{Lanes, Pack, packs, packs_mut};
+pub use pack::{Lanes, Pack, packs, packs_mut, singles, singles_mut};
 pub use pair::{
     Combinations, Depth, PairProduct, Slices, SmallPairProduct, slice_bits, small_combination,
 };

@@ -36,6 +36,10 @@ pub trait Lanes: Copy + 'static {
     fn max(self, other: Self) -> Self;
     /// Magnitude.
     fn abs(self) -> Self;
+    /// Square root.
+    fn sqrt(self) -> Self;
+    /// `self` where the sign of `by` is negative, `other` elsewhere.
+    fn where_negative(self, by: Self, other: Self) -> Self;
     /// The power of two at or below the magnitude; 0 for 0 and for subnormal numbers.
     fn binade(self) -> Self;
     /// `((x0 + x4) + (x2 + x6)) + ((x1 + x5) + (x3 + x7))`.
@@ -93,6 +97,16 @@ impl<V: Lanes> Pack<V> {
     pub fn abs(self) -> Self {
         Pack(self.0.abs())
     }
+    /// Square root.
+    #[inline(always)]
+    pub fn sqrt(self) -> Self {
+        Pack(self.0.sqrt())
+    }
+    /// `self` where the sign of `by` is negative, `other` elsewhere.
+    #[inline(always)]
+    pub fn where_negative(self, by: Self, other: Self) -> Self {
+        Pack(self.0.where_negative(by.0, other.0))
+    }
     /// The larger of two; `other` where one is not a number.
     #[inline(always)]
     pub fn max(self, other: Self) -> Self {
@@ -138,6 +152,23 @@ macro_rules! operators {
     )*};
 }
 operators!(Add add Sub sub Mul mul Div div);
+
+/// Formulas mix lanes and numbers that are the same in all.
+macro_rules! mixed_operators {
+    ($($trait:ident $method:ident)*) => {$(
+        impl<V: Lanes> $trait<f64> for Pack<V> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: f64) -> Self { Pack(self.0.$method(V::splat(other))) }
+        }
+        impl<V: Lanes> $trait<Pack<V>> for f64 {
+            type Output = Pack<V>;
+            #[inline(always)]
+            fn $method(self, other: Pack<V>) -> Pack<V> { Pack(V::splat(self).$method(other.0)) }
+        }
+    )*};
+}
+mixed_operators!(Add add Sub sub Mul mul Div div);
 
 impl<V: Lanes> Neg for Pack<V> {
     type Output = Self;
@@ -205,6 +236,14 @@ impl Lanes for [f64; 8] {
         self.map(f64::abs)
     }
     #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.map(f64::sqrt)
+    }
+    #[inline(always)]
+    fn where_negative(self, by: Self, other: Self) -> Self {
+        std::array::from_fn(|i| if by[i].is_sign_negative() { self[i] } else { other[i] })
+    }
+    #[inline(always)]
     fn binade(self) -> Self {
         self.map(|x| f64::from_bits(x.to_bits() & EXPONENT))
     }
@@ -221,6 +260,92 @@ impl Lanes for [f64; 8] {
     fn call<B: Body>(body: B) -> B::Output {
         portable(body)
     }
+}
+
+/// One lane: a single state goes through the formulas that are written for eight.
+impl Lanes for f64 {
+    const TILE: (usize, usize) = (1, 1);
+    const PAIR_TILE: (usize, usize) = (1, 1);
+    #[inline(always)]
+    fn splat(x: f64) -> Self {
+        x
+    }
+    #[inline(always)]
+    fn load(from: &[f64]) -> Self {
+        from.first().copied().unwrap_or(0.0)
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [f64]) {
+        if let Some(to) = to.first_mut() {
+            *to = self;
+        }
+    }
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self + other
+    }
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self - other
+    }
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self * other
+    }
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        self / other
+    }
+    #[inline(always)]
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        fused(self, a, b)
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f64::abs(self)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+    #[inline(always)]
+    fn where_negative(self, by: Self, other: Self) -> Self {
+        if by.is_sign_negative() { self } else { other }
+    }
+    #[inline(always)]
+    fn binade(self) -> Self {
+        f64::from_bits(self.to_bits() & EXPONENT)
+    }
+    #[inline(always)]
+    fn sum(self) -> f64 {
+        self
+    }
+    #[inline(always)]
+    fn largest(self) -> f64 {
+        self
+    }
+    #[inline(always)]
+    fn call<B: Body>(body: B) -> B::Output {
+        body.run::<f64>()
+    }
+}
+
+/// The lanes of single states.
+#[inline(always)]
+pub fn singles(x: &[f64]) -> &[Pack<f64>] {
+    // SAFETY: `Pack` is `repr(transparent)`.
+    unsafe { std::slice::from_raw_parts(x.as_ptr().cast(), x.len()) }
+}
+
+/// The lanes of single states, to write.
+#[inline(always)]
+pub fn singles_mut(x: &mut [f64]) -> &mut [Pack<f64>] {
+    // SAFETY: as in `singles`; the borrow is exclusive.
+    unsafe { std::slice::from_raw_parts_mut(x.as_mut_ptr().cast(), x.len()) }
 }
 
 #[inline(never)]
@@ -381,6 +506,21 @@ mod x86 {
             [self[0].masked(mask[0]), self[1].masked(mask[1])]
         }
         #[inline(always)]
+        fn sqrt(self) -> Self {
+            // SAFETY: reached only below `avx2`.
+            self.map(|x| Ymm(unsafe { _mm256_sqrt_pd(x.0) }))
+        }
+        #[inline(always)]
+        fn where_negative(self, by: Self, o: Self) -> Self {
+            // SAFETY: reached only below `avx2`.
+            unsafe {
+                [
+                    Ymm(_mm256_blendv_pd(o[0].0, self[0].0, by[0].0)),
+                    Ymm(_mm256_blendv_pd(o[1].0, self[1].0, by[1].0)),
+                ]
+            }
+        }
+        #[inline(always)]
         fn binade(self) -> Self {
             let mask = Self::splat(f64::from_bits(EXPONENT));
             [self[0].masked(mask[0]), self[1].masked(mask[1])]
@@ -458,6 +598,19 @@ mod x86 {
         #[inline(always)]
         fn abs(self) -> Self {
             self.masked(Self::splat(f64::from_bits(i64::MAX as u64)))
+        }
+        #[inline(always)]
+        fn sqrt(self) -> Self {
+            // SAFETY: reached only below `avx512`.
+            Zmm(unsafe { _mm512_sqrt_pd(self.0) })
+        }
+        #[inline(always)]
+        fn where_negative(self, by: Self, o: Self) -> Self {
+            // SAFETY: reached only below `avx512`.
+            unsafe {
+                let negative = _mm512_movepi64_mask(_mm512_castpd_si512(by.0));
+                Zmm(_mm512_mask_blend_pd(negative, o.0, self.0))
+            }
         }
         #[inline(always)]
         fn binade(self) -> Self {
