@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use super::{Native, positive};
 use crate::error::Result;
-use crate::system::{Flow, Hamiltonian, Problem};
+use crate::linalg::kernel::{Lanes, Pack};
+use crate::system::{Formula, Problem};
 
 /// The pendulum; its state is `[theta1, theta2, p1, p2]`.
 pub struct DoublePendulum {
@@ -25,14 +26,27 @@ pub fn make(parameters: &[f64]) -> Result<Native> {
     Ok(Native { problem: Problem::Hamiltonian(model.clone()), hamiltonian: model })
 }
 
-impl Flow for DoublePendulum {
+impl Formula for DoublePendulum {
     fn len(&self) -> usize {
         4
     }
-    fn rate(&self, _t: f64, z: &[f64], f: &mut [f64]) -> Result<()> {
+    #[inline(always)]
+    fn energy<V: Lanes>(&self, _t: Pack<V>, z: &[Pack<V>]) -> Pack<V> {
         let ([m1, m2], [l1, l2], g) = (self.masses, self.lengths, self.gravity);
         let [theta1, theta2, p1, p2] = *z else { unreachable!("4 components") };
-        let (sin, cos) = libm::sincos(theta1 - theta2);
+        let (sin, cos) = (theta1 - theta2).sin_cos();
+        let (cos1, cos2) = (theta1.sin_cos().1, theta2.sin_cos().1);
+        let square = m2 * l2 * l2 * p1 * p1 + (m1 + m2) * l1 * l1 * p2 * p2
+            - 2.0 * m2 * l1 * l2 * p1 * p2 * cos;
+        let kinetic = square / (2.0 * m2 * l1 * l1 * l2 * l2 * (m1 + m2 * sin * sin));
+        kinetic - (m1 + m2) * g * l1 * cos1 - m2 * g * l2 * cos2
+    }
+    #[inline(always)]
+    fn rate<V: Lanes>(&self, _t: Pack<V>, z: &[Pack<V>], f: &mut [Pack<V>]) {
+        let ([m1, m2], [l1, l2], g) = (self.masses, self.lengths, self.gravity);
+        let [theta1, theta2, p1, p2] = *z else { unreachable!("4 components") };
+        let (sin, cos) = (theta1 - theta2).sin_cos();
+        let (sin1, sin2) = (theta1.sin_cos().0, theta2.sin_cos().0);
         let D = m1 + m2 * sin * sin;
         let both = m1 + m2;
         // 2 K = square / (m2 l1^2 l2^2 D); how it changes with the difference of the angles.
@@ -43,22 +57,9 @@ impl Flow for DoublePendulum {
         f.copy_from_slice(&[
             (l2 * p1 - l1 * p2 * cos) / (l1 * l1 * l2 * D),
             (both * l1 * p2 - m2 * l2 * p1 * cos) / (m2 * l1 * l2 * l2 * D),
-            -both * g * l1 * libm::sin(theta1) - by_cos + by_sin,
-            -m2 * g * l2 * libm::sin(theta2) + by_cos - by_sin,
+            -both * g * l1 * sin1 - by_cos + by_sin,
+            -m2 * g * l2 * sin2 + by_cos - by_sin,
         ]);
-        Ok(())
-    }
-}
-
-impl Hamiltonian for DoublePendulum {
-    fn energy(&self, _t: f64, z: &[f64]) -> Result<f64> {
-        let ([m1, m2], [l1, l2], g) = (self.masses, self.lengths, self.gravity);
-        let [theta1, theta2, p1, p2] = *z else { unreachable!("4 components") };
-        let (sin, cos) = libm::sincos(theta1 - theta2);
-        let square = m2 * l2 * l2 * p1 * p1 + (m1 + m2) * l1 * l1 * p2 * p2
-            - 2.0 * m2 * l1 * l2 * p1 * p2 * cos;
-        let kinetic = square / (2.0 * m2 * l1 * l1 * l2 * l2 * (m1 + m2 * sin * sin));
-        Ok(kinetic - (m1 + m2) * g * l1 * libm::cos(theta1) - m2 * g * l2 * libm::cos(theta2))
     }
 }
 

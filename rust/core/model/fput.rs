@@ -9,7 +9,8 @@ use std::sync::Arc;
 
 use super::{Native, separable};
 use crate::error::{Error, Result};
-use crate::system::{Flow, Hamiltonian, SemiLinear, Separable};
+use crate::linalg::kernel::{Lanes, Pack};
+use crate::system::{Formula, Parts, SemiLinear, SplitFormula, split_rate};
 
 /// The chain; its state is `[x, y, px, py]`, m numbers each.
 #[derive(Clone)]
@@ -49,80 +50,83 @@ pub fn make(parameters: &[f64]) -> Result<Native> {
 
 impl Chain {
     /// Adds the forces of the soft springs; their energy.
-    fn soft(&self, q: &[f64], mut push: impl FnMut(usize, f64)) -> f64 {
-        let m = self.springs;
+    #[inline(always)]
+    fn soft<V: Lanes>(&self, q: &[Pack<V>], force: Option<&mut [Pack<V>]>) -> Pack<V> {
+        let (m, zero) = (self.springs, Pack::splat(0.0));
         let (x, y) = q.split_at(m);
-        let mut total = 0.0;
-        for i in 0..=m {
-            let right = if i < m { x[i] - y[i] } else { 0.0 };
-            let left = if i > 0 { x[i - 1] + y[i - 1] } else { 0.0 };
-            let d = right - left;
-            total += 0.25 * d * d * d * d;
-            let force = d * d * d;
-            if i < m {
-                push(i, -force);
-                push(m + i, force);
+        // Between two stiff springs, and at the walls.
+        let stretch = |i: usize| {
+            let right = if i < m { x[i] - y[i] } else { zero };
+            let left = if i > 0 { x[i - 1] + y[i - 1] } else { zero };
+            right - left
+        };
+        if let Some(force) = force {
+            let (on_x, on_y) = force.split_at_mut(m);
+            let cube = |d: Pack<V>| d * d * d;
+            let mut left = cube(stretch(0));
+            for i in 0..m {
+                let right = cube(stretch(i + 1));
+                (on_x[i], on_y[i]) = (on_x[i] + (right - left), on_y[i] + (right + left));
+                left = right;
             }
-            if i > 0 {
-                push(i - 1, force);
-                push(m + i - 1, force);
-            }
+            return zero;
         }
-        total
+        (0..=m).fold(zero, |total, i| {
+            let square = stretch(i) * stretch(i);
+            total + 0.25 * (square * square)
+        })
     }
 }
 
-impl Flow for Chain {
+impl Formula for Chain {
     fn len(&self) -> usize {
         4 * self.springs
+    }
+    #[inline(always)]
+    fn energy<V: Lanes>(&self, _t: Pack<V>, z: &[Pack<V>]) -> Pack<V> {
+        let (q, p) = z.split_at(2 * self.springs);
+        let stiff = self.frequency * self.frequency * squares(&q[self.springs..]);
+        0.5 * (squares(p) + stiff) + self.soft(q, None)
+    }
+    #[inline(always)]
+    fn rate<V: Lanes>(&self, t: Pack<V>, z: &[Pack<V>], f: &mut [Pack<V>]) {
+        split_rate(self, t, z, f);
     }
     fn linear(&self) -> Option<&[f64]> {
         Some(&self.matrix)
     }
-    fn rate(&self, t: f64, z: &[f64], f: &mut [f64]) -> Result<()> {
-        let n = 2 * self.springs;
-        self.velocity(&z[n..], &mut f[..n])?;
-        self.force(t, &z[..n], &mut f[n..])
-    }
 }
 
-impl Separable for Chain {
-    fn velocity(&self, p: &[f64], rate: &mut [f64]) -> Result<()> {
+#[inline(always)]
+fn squares<V: Lanes>(x: &[Pack<V>]) -> Pack<V> {
+    x.iter().fold(Pack::splat(0.0), |sum, x| sum + *x * *x)
+}
+
+impl SplitFormula for Chain {
+    #[inline(always)]
+    fn velocity<V: Lanes>(&self, p: &[Pack<V>], rate: &mut [Pack<V>]) {
         rate.copy_from_slice(p);
-        Ok(())
     }
-    fn force(&self, _t: f64, q: &[f64], rate: &mut [f64]) -> Result<()> {
+    #[inline(always)]
+    fn force<V: Lanes>(&self, _t: Pack<V>, q: &[Pack<V>], rate: &mut [Pack<V>]) {
         let m = self.springs;
-        rate[..m].fill(0.0);
+        rate[..m].fill(Pack::splat(0.0));
         for (rate, y) in rate[m..].iter_mut().zip(&q[m..]) {
-            *rate = -self.frequency * self.frequency * y;
+            *rate = -(self.frequency * self.frequency) * *y;
         }
-        self.soft(q, |i, force| rate[i] += force);
-        Ok(())
+        self.soft(q, Some(rate));
     }
     fn semilinear(&self) -> Option<Arc<dyn SemiLinear>> {
         Some(Arc::new(self.clone()))
     }
 }
 
-impl SemiLinear for Chain {
-    fn matrix(&self) -> &[f64] {
-        &self.matrix
-    }
-    fn remainder(&self, _t: f64, z: &[f64], f: &mut [f64]) -> Result<()> {
+impl Parts for Chain {
+    #[inline(always)]
+    fn remainder<V: Lanes>(&self, _t: Pack<V>, z: &[Pack<V>], f: &mut [Pack<V>]) {
         let n = 2 * self.springs;
-        f.fill(0.0);
-        self.soft(&z[..n], |i, force| f[n + i] += force);
-        Ok(())
-    }
-}
-
-impl Hamiltonian for Chain {
-    fn energy(&self, _t: f64, z: &[f64]) -> Result<f64> {
-        let n = 2 * self.springs;
-        let square = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
-        let stiff = self.frequency * self.frequency * square(&z[self.springs..n]);
-        Ok(0.5 * (square(&z[n..]) + stiff) + self.soft(&z[..n], |_, _| ()))
+        f.fill(Pack::splat(0.0));
+        self.soft(&z[..n], Some(&mut f[n..]));
     }
 }
 

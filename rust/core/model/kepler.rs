@@ -2,8 +2,9 @@
 //! the ellipse are invariants.
 
 use super::{Native, positive, separable};
-use crate::error::{Error, Result};
-use crate::system::{Flow, Hamiltonian, Separable};
+use crate::error::Result;
+use crate::linalg::kernel::{Lanes, Pack};
+use crate::system::{Formula, SplitFormula, split_rate};
 
 /// The system; its state is `[x, y, px, py]`.
 pub struct Kepler {
@@ -20,37 +21,33 @@ pub fn make(parameters: &[f64]) -> Result<Native> {
     Ok(separable(Kepler { mu }))
 }
 
-impl Flow for Kepler {
+impl Formula for Kepler {
     fn len(&self) -> usize {
         4
     }
-    fn rate(&self, t: f64, z: &[f64], f: &mut [f64]) -> Result<()> {
-        self.velocity(&z[2..], &mut f[..2])?;
-        self.force(t, &z[..2], &mut f[2..])
-    }
-}
-
-impl Separable for Kepler {
-    fn velocity(&self, p: &[f64], rate: &mut [f64]) -> Result<()> {
-        rate.copy_from_slice(p);
-        Ok(())
-    }
-    fn force(&self, t: f64, q: &[f64], rate: &mut [f64]) -> Result<()> {
-        let square = q[0] * q[0] + q[1] * q[1];
-        if square == 0.0 {
-            let message = format!("kepler: the bodies collide at t = {t:.6}");
-            return Err(Box::new(Error::Model { message, t, step: 0 }));
-        }
-        let pull = self.mu / (square * square.sqrt());
-        rate.copy_from_slice(&[-pull * q[0], -pull * q[1]]);
-        Ok(())
-    }
-}
-
-impl Hamiltonian for Kepler {
-    fn energy(&self, _t: f64, z: &[f64]) -> Result<f64> {
+    #[inline(always)]
+    fn energy<V: Lanes>(&self, _t: Pack<V>, z: &[Pack<V>]) -> Pack<V> {
         let [x, y, px, py] = *z else { unreachable!("4 components") };
-        Ok(0.5 * (px * px + py * py) - self.mu / (x * x + y * y).sqrt())
+        0.5 * (px * px + py * py) - self.mu / (x * x + y * y).sqrt()
+    }
+    #[inline(always)]
+    fn rate<V: Lanes>(&self, t: Pack<V>, z: &[Pack<V>], f: &mut [Pack<V>]) {
+        split_rate(self, t, z, f);
+    }
+}
+
+impl SplitFormula for Kepler {
+    #[inline(always)]
+    fn velocity<V: Lanes>(&self, p: &[Pack<V>], rate: &mut [Pack<V>]) {
+        rate.copy_from_slice(p);
+    }
+    #[inline(always)]
+    fn force<V: Lanes>(&self, _t: Pack<V>, q: &[Pack<V>], rate: &mut [Pack<V>]) {
+        let [x, y] = *q else { unreachable!("2 coordinates") };
+        let square = x * x + y * y;
+        // No number where the bodies collide.
+        let pull = self.mu / (square * square.sqrt());
+        rate.copy_from_slice(&[-pull * x, -pull * y]);
     }
 }
 

@@ -9,7 +9,8 @@ use std::sync::Arc;
 
 use super::{Native, positive};
 use crate::error::Result;
-use crate::system::{Flow, Hamiltonian, Problem, SemiLinear};
+use crate::linalg::kernel::{Lanes, Pack};
+use crate::system::{Formula, Parts, Problem};
 
 /// The pendulum; its state is `[x, t, px, pt]`.
 #[derive(Clone, Debug)]
@@ -69,19 +70,29 @@ impl CompoundPendulum {
     }
 }
 
-impl Flow for CompoundPendulum {
+impl Formula for CompoundPendulum {
     fn len(&self) -> usize {
         4
     }
 
-    fn linear(&self) -> Option<&[f64]> {
-        Some(&self.matrix)
-    }
-
-    fn rate(&self, _t: f64, z: &[f64], f: &mut [f64]) -> Result<()> {
+    #[inline(always)]
+    fn energy<V: Lanes>(&self, _t: Pack<V>, z: &[Pack<V>]) -> Pack<V> {
         let CompoundPendulum { rod_mass, length, bead_mass: m, stiffness, gravity: g, .. } = *self;
         let [x, theta, px, ptheta] = *z else { unreachable!("4 components") };
-        let (sin, cos) = libm::sincos(theta);
+        let (_, cos) = theta.sin_cos();
+        let (r, stretch) = (self.rest() + x, self.sag() + x);
+        px * px / (2.0 * m)
+            + ptheta * ptheta / (2.0 * (self.inertia() + m * r * r))
+            + 0.5 * rod_mass * g * length * (1.0 - cos)
+            + m * g * (self.rest() - r * cos)
+            + 0.5 * stiffness * stretch * stretch
+    }
+
+    #[inline(always)]
+    fn rate<V: Lanes>(&self, _t: Pack<V>, z: &[Pack<V>], f: &mut [Pack<V>]) {
+        let CompoundPendulum { rod_mass, length, bead_mass: m, stiffness, gravity: g, .. } = *self;
+        let [x, theta, px, ptheta] = *z else { unreachable!("4 components") };
+        let (sin, cos) = theta.sin_cos();
         let moment = m * (self.rest() + x);
         let rate = ptheta / (self.inertia() + moment * moment / m);
         f.copy_from_slice(&[
@@ -90,63 +101,49 @@ impl Flow for CompoundPendulum {
             moment * rate * rate - stiffness * x - m * g * (1.0 - cos),
             -(0.5 * rod_mass * length + moment) * g * sin,
         ]);
-        Ok(())
+    }
+
+    fn linear(&self) -> Option<&[f64]> {
+        Some(&self.matrix)
     }
 }
 
-impl Hamiltonian for CompoundPendulum {
-    fn energy(&self, _t: f64, z: &[f64]) -> Result<f64> {
-        let CompoundPendulum { rod_mass, length, bead_mass: m, stiffness, gravity: g, .. } = *self;
-        let [x, theta, px, ptheta] = *z else { unreachable!("4 components") };
-        let (r, stretch) = (self.rest() + x, self.sag() + x);
-        let cos = libm::cos(theta);
-        Ok(px * px / (2.0 * m)
-            + ptheta * ptheta / (2.0 * (self.inertia() + m * r * r))
-            + 0.5 * rod_mass * g * length * (1.0 - cos)
-            + m * g * (self.rest() - r * cos)
-            + 0.5 * stiffness * stretch * stretch)
-    }
-}
-
-impl SemiLinear for CompoundPendulum {
-    fn matrix(&self) -> &[f64] {
-        &self.matrix
-    }
-
-    fn remainder(&self, _t: f64, z: &[f64], f: &mut [f64]) -> Result<()> {
+impl Parts for CompoundPendulum {
+    #[inline(always)]
+    fn remainder<V: Lanes>(&self, _t: Pack<V>, z: &[Pack<V>], f: &mut [Pack<V>]) {
         let CompoundPendulum { rod_mass, length, bead_mass: m, gravity: g, .. } = *self;
         let [x, theta, _, ptheta] = *z else { unreachable!("4 components") };
-        let (sin, cos) = libm::sincos(theta);
+        let (sin, cos) = theta.sin_cos();
         let moment = m * (self.rest() + x);
         let rate = ptheta / (self.inertia() + moment * moment / m);
         let weight = (0.5 * rod_mass * length + m * self.rest()) * g;
         f.copy_from_slice(&[
-            0.0,
+            Pack::splat(0.0),
             rate - self.matrix[7] * ptheta,
             moment * rate * rate - m * g * (1.0 - cos),
             weight * (theta - sin) - m * x * g * sin,
         ]);
-        Ok(())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::system::{Flow, Hamiltonian, SemiLinear};
 
     #[test]
     fn rates_are_those_of_the_energy_and_the_split_adds_up() {
         let pendulum = CompoundPendulum::new(1.0, 1.0, 0.1, 100.0, 9.81914);
         let z = [0.1, 0.6, -0.2, 0.4];
         let (mut f, mut rest) = ([0.0; 4], [0.0; 4]);
-        pendulum.rate(0.0, &z, &mut f).unwrap();
-        pendulum.remainder(0.0, &z, &mut rest).unwrap();
+        Flow::rate(&pendulum, 0.0, &z, &mut f).unwrap();
+        SemiLinear::remainder(&pendulum, 0.0, &z, &mut rest).unwrap();
         for i in 0..4 {
             let d = 1e-5;
             let energy = |shift: f64| {
                 let mut z = z;
                 z[i] += shift;
-                pendulum.energy(0.0, &z).unwrap()
+                Hamiltonian::energy(&pendulum, 0.0, &z).unwrap()
             };
             let slope = (energy(d) - energy(-d)) / (2.0 * d);
             let rate = if i < 2 { -f[i + 2] } else { f[i - 2] };

@@ -5,7 +5,8 @@
 
 use super::{Native, separable};
 use crate::error::{Error, Result};
-use crate::system::{Flow, Hamiltonian, Separable};
+use crate::linalg::kernel::{Lanes, Pack};
+use crate::system::{Formula, SplitFormula, split_rate};
 
 /// The bodies; the state is the places of all, then their momenta.
 pub struct Bodies {
@@ -28,65 +29,63 @@ pub fn make(parameters: &[f64]) -> Result<Native> {
 }
 
 impl Bodies {
-    /// Calls with each pair of bodies, what lies between them, and its length.
-    fn pairs(&self, q: &[f64], mut with: impl FnMut(usize, usize, [f64; 3], f64)) {
-        for i in 0..self.masses.len() {
-            for j in 0..i {
-                let d = std::array::from_fn(|k| q[3 * i + k] - q[3 * j + k]);
-                let [x, y, z] = d;
-                with(i, j, d, (x * x + y * y + z * z).sqrt());
-            }
-        }
+    /// What lies between two bodies, and the square of its length.
+    #[inline(always)]
+    fn between<V: Lanes>(q: &[Pack<V>], i: usize, j: usize) -> ([Pack<V>; 3], Pack<V>) {
+        let d = [0, 1, 2].map(|k| q[3 * i + k] - q[3 * j + k]);
+        let [x, y, z] = d;
+        (d, x * x + y * y + z * z)
     }
 }
 
-impl Flow for Bodies {
+impl Formula for Bodies {
     fn len(&self) -> usize {
         6 * self.masses.len()
     }
-    fn rate(&self, t: f64, z: &[f64], f: &mut [f64]) -> Result<()> {
-        let n = z.len() / 2;
-        self.velocity(&z[n..], &mut f[..n])?;
-        self.force(t, &z[..n], &mut f[n..])
-    }
-}
-
-impl Separable for Bodies {
-    fn velocity(&self, p: &[f64], rate: &mut [f64]) -> Result<()> {
-        for (i, (rate, p)) in rate.iter_mut().zip(p).enumerate() {
-            *rate = p / self.masses[i / 3];
-        }
-        Ok(())
-    }
-    fn force(&self, t: f64, q: &[f64], rate: &mut [f64]) -> Result<()> {
-        rate.fill(0.0);
-        let mut nearest = f64::INFINITY;
-        self.pairs(q, |i, j, d, distance| {
-            nearest = nearest.min(distance);
-            let pull =
-                self.gravity * self.masses[i] * self.masses[j] / (distance * distance * distance);
-            for k in 0..3 {
-                rate[3 * i + k] -= pull * d[k];
-                rate[3 * j + k] += pull * d[k];
-            }
-        });
-        if nearest == 0.0 {
-            let message = format!("outer solar system: two bodies collide at t = {t:.6}");
-            return Err(Box::new(Error::Model { message, t, step: 0 }));
-        }
-        Ok(())
-    }
-}
-
-impl Hamiltonian for Bodies {
-    fn energy(&self, _t: f64, z: &[f64]) -> Result<f64> {
+    #[inline(always)]
+    fn energy<V: Lanes>(&self, _t: Pack<V>, z: &[Pack<V>]) -> Pack<V> {
         let (q, p) = z.split_at(z.len() / 2);
-        let square = |i: usize| p[3 * i..3 * i + 3].iter().map(|p| p * p).sum::<f64>();
-        let mut total: f64 = self.masses.iter().enumerate().map(|(i, m)| 0.5 * square(i) / m).sum();
-        self.pairs(q, |i, j, _, distance| {
-            total -= self.gravity * self.masses[i] * self.masses[j] / distance;
-        });
-        Ok(total)
+        let mut total = Pack::splat(0.0);
+        for (i, m) in self.masses.iter().enumerate() {
+            for p in &p[3 * i..3 * i + 3] {
+                total = total + *p * *p * (0.5 / m);
+            }
+        }
+        for (i, m) in self.masses.iter().enumerate() {
+            for (j, other) in self.masses[..i].iter().enumerate() {
+                let (_, square) = Self::between(q, i, j);
+                total = total - self.gravity * m * other / square.sqrt();
+            }
+        }
+        total
+    }
+    #[inline(always)]
+    fn rate<V: Lanes>(&self, t: Pack<V>, z: &[Pack<V>], f: &mut [Pack<V>]) {
+        split_rate(self, t, z, f);
+    }
+}
+
+impl SplitFormula for Bodies {
+    #[inline(always)]
+    fn velocity<V: Lanes>(&self, p: &[Pack<V>], rate: &mut [Pack<V>]) {
+        for (i, (rate, p)) in rate.iter_mut().zip(p).enumerate() {
+            *rate = *p / self.masses[i / 3];
+        }
+    }
+    #[inline(always)]
+    fn force<V: Lanes>(&self, _t: Pack<V>, q: &[Pack<V>], rate: &mut [Pack<V>]) {
+        rate.fill(Pack::splat(0.0));
+        for (i, m) in self.masses.iter().enumerate() {
+            for (j, other) in self.masses[..i].iter().enumerate() {
+                let (d, square) = Self::between(q, i, j);
+                // No number where they collide.
+                let pull = self.gravity * m * other / (square * square.sqrt());
+                for k in 0..3 {
+                    rate[3 * i + k] = rate[3 * i + k] - pull * d[k];
+                    rate[3 * j + k] = rate[3 * j + k] + pull * d[k];
+                }
+            }
+        }
     }
 }
 

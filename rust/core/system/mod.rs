@@ -1,5 +1,6 @@
 //! What can be integrated.
 
+mod formula;
 mod linear;
 mod load;
 mod semilinear;
@@ -8,6 +9,7 @@ mod structural;
 
 use std::sync::Arc;
 
+pub use formula::{Formula, Parts, SplitFormula, split_rate};
 pub use linear::Linear;
 pub use load::{Generator, Load, Record};
 pub use semilinear::SemiLinear;
