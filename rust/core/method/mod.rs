@@ -289,6 +289,8 @@ pub const METHODS: &[&MethodInfo] = &[
     &gauss::GAUSS8,
     &gauss::GAUSS12,
     &gauss::GAUSS16,
+    &gauss::GAUSS24,
+    &gauss::GAUSS32,
     &runge_kutta::RUNGE_KUTTA,
     &rk4::RK4,
 ];

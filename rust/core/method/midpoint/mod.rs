@@ -5,13 +5,15 @@
 
 mod beam;
 mod fused;
+mod halves;
 mod limit;
 mod modal;
 mod start;
 
-use super::{Bound, MethodInfo, Needs, OptionInfo, Options, Step, runge_kutta};
+use self::halves::Halves;
+use super::gauss::{Ending, Gauss};
+use super::{Bound, MethodInfo, Needs, OptionInfo, Options, Step};
 use crate::error::{Error, Result};
-use crate::linalg::dense::Watch;
 use crate::model::beam::FEW;
 use crate::system::Problem;
 use crate::tableau;
@@ -41,7 +43,7 @@ pub const SRK2: MethodInfo = MethodInfo {
     reproducible: "on every machine",
     reference: "Huang, Deng & Yao, J. Sound Vib. 299 (2007), eqs. 25-30",
     options: OPTIONS,
-    build: |problem, h, options, watch| build("srk2", problem, h, 2, options, watch),
+    build: |problem, h, options, _| build("srk2", problem, h, 2, options),
 };
 
 /// One midpoint step.
@@ -50,7 +52,7 @@ pub const MIDPOINT: MethodInfo = MethodInfo {
     aliases: &["gauss2"],
     summary: "implicit midpoint rule",
     reference: "Hairer, Lubich & Wanner, Geometric Numerical Integration, II.1.1",
-    build: |problem, h, options, watch| build("midpoint", problem, h, 1, options, watch),
+    build: |problem, h, options, _| build("midpoint", problem, h, 1, options),
     ..SRK2
 };
 
@@ -60,7 +62,6 @@ fn build(
     h: f64,
     halves: usize,
     options: &Options,
-    watch: &mut Watch,
 ) -> Result<Box<dyn Step>> {
     let asked = match options.text("newton")? {
         None | Some("constant") => false,
@@ -90,8 +91,13 @@ fn build(
             Ok(Box::new(Bound::new(method, beam.clone(), choice.into())))
         }
         _ => {
-            let stages = if halves == 2 { tableau::SRK2 } else { tableau::GAUSS2 };
-            runge_kutta::build(name, stages.into(), problem, h, watch)
+            let (flow, table) = (problem.flow(), tableau::COLLOCATION2);
+            let part = h / halves as f64;
+            let method = Gauss::new(name, table, Ending::Rounding, &*flow, part);
+            match halves {
+                1 => Ok(Box::new(Bound::new(method, flow, String::new()))),
+                _ => Ok(Box::new(Bound::new(Halves::new(method, h), flow, String::new()))),
+            }
         }
     }
 }
