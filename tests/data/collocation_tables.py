@@ -34,7 +34,7 @@ def decomposed(a, b):
             matrix[i, j] = b[i] * a[i][j] / b[j]
     values, vectors = mp.eig(matrix)
     inverse = vectors**-1
-    kept = [k for k in range(s) if mp.im(values[k]) > -mp.mpf(10) ** -40]
+    kept = [k for k in range(s) if mp.im(values[k]) > -(mp.mpf(10) ** -40)]
     kept.sort(key=lambda k: (mp.re(values[k]), mp.im(values[k])))
     forward, backward = [], []
     for k in kept:
@@ -73,7 +73,9 @@ def main():
     """Print the file."""
     print("//! Gauss methods for stages that are solved together.")
     print("//!")
-    print("//! Made by tests/data/collocation_tables.py. Ratios below the diagonal are the exact ones")
+    print(
+        "//! Made by tests/data/collocation_tables.py. Ratios below the diagonal are the exact ones"
+    )
     print("//! rounded once, those above are what is left of 1; the rest serves iterations alone.")
     print("//! Source: Antoñana, Makazaga & Murua, Numer. Algorithms 76 (2017).")
     print("#![allow(clippy::excessive_precision)]\n")

@@ -1,9 +1,9 @@
 //! The linear part of a system within the stages: what an iteration leaves of their equations is divided
-//! by `I - h (b mu) (x) A`, in the eigenvectors of the stages' matrix and for each group of components
-//! that A couples.
+//! by `I - h (b mu) (x) A`, for each group of components that A couples: in the eigenvectors of the
+//! stages' matrix; of an oscillator, two components without more, with one of them eliminated.
 
+use super::columns::Columns;
 use crate::linalg::kernel::{Body, Eight, Lanes, Pack, dispatch, packs, packs_mut};
-use crate::tableau::Collocation;
 
 /// Components that A couples, and `(I - h value A)^-1` for each eigenvalue: one a lane.
 pub struct Group {
@@ -17,20 +17,34 @@ pub struct Group {
     work: Vec<[Eight; 2]>,
 }
 
+/// `x' = to_x p, p' = to_p x`.
+pub struct Oscillator {
+    pub x: usize,
+    pub p: usize,
+    pub to_x: f64,
+    pub to_p: f64,
+    /// Columns of `(I - h^2 to_x to_p (b mu)^2)^-1`, a pack a block each.
+    pub inverse: Vec<Eight>,
+}
+
 /// A constant matrix, and what it makes of the equations of the stages.
 #[derive(Default)]
 pub struct LinearPart {
     /// Of each component: where A is not zero, and the entry.
     pub rows: Vec<Vec<(usize, f64)>>,
-    /// Coupled components.
+    /// Coupled components, but for oscillators.
     pub groups: Vec<Group>,
+    /// Two that A couples alone.
+    pub oscillators: Vec<Oscillator>,
     /// Components without a linear part.
     pub free: Vec<usize>,
+    /// All but the momenta of oscillators.
+    pub last: Vec<usize>,
 }
 
 impl LinearPart {
     /// Of A, `m` rows, for steps of `h`.
-    pub fn new(table: &Collocation, h: f64, matrix: &[f64], m: usize) -> LinearPart {
+    pub fn new(columns: &Columns, h: f64, matrix: &[f64], m: usize) -> LinearPart {
         let rows: Vec<Vec<(usize, f64)>> = (0..m)
             .map(|i| {
                 let row = &matrix[m * i..][..m];
@@ -39,29 +53,38 @@ impl LinearPart {
             .collect();
         let mut part = LinearPart { rows, ..LinearPart::default() };
         for members in coupled(&part.rows) {
+            if let Some(oscillator) = Oscillator::new(columns, h, &part.rows, &members) {
+                part.oscillators.push(oscillator);
+                continue;
+            }
             let mut group = Group::new(members);
             let empty = group.members.iter().all(|&d| part.rows[d].is_empty());
             // Without an inverse iterations are still right.
-            match !empty && group.invert(table, h, matrix, m) {
+            match !empty && group.invert(columns, h, matrix, m) {
                 true => part.groups.push(group),
                 false => part.free.append(&mut group.members),
             }
         }
+        let is_momentum = |d: &usize| part.oscillators.iter().any(|pair| pair.p == *d);
+        part.last = (0..m).filter(|d| !is_momentum(d)).collect();
         part
     }
 
     /// For a system without one.
     pub fn none(m: usize) -> LinearPart {
-        LinearPart { rows: vec![Vec::new(); m], groups: Vec::new(), free: (0..m).collect() }
+        let (free, last) = ((0..m).collect(), (0..m).collect());
+        LinearPart { rows: vec![Vec::new(); m], free, last, ..LinearPart::default() }
     }
 
     /// Of another matrix, without a look at what it couples; in memory that is there from the second time
     /// on.
-    pub fn renew(&mut self, table: &Collocation, h: f64, matrix: &[f64], m: usize) {
+    pub fn renew(&mut self, columns: &Columns, h: f64, matrix: &[f64], m: usize) {
         self.free.clear();
+        self.oscillators.clear();
         if !matches!(&self.groups[..], [whole] if whole.members.len() == m) {
             self.groups = vec![Group::new((0..m).collect())];
             self.free.reserve(m);
+            self.last = (0..m).collect();
             for row in &mut self.rows {
                 row.reserve(m);
             }
@@ -70,7 +93,7 @@ impl LinearPart {
             row.clear();
             row.extend(matrix[m * i..][..m].iter().copied().enumerate());
         }
-        if !self.groups[0].invert(table, h, matrix, m) {
+        if !self.groups[0].invert(columns, h, matrix, m) {
             self.groups[0].identity();
         }
     }
@@ -101,6 +124,61 @@ fn coupled(rows: &[Vec<(usize, f64)>]) -> Vec<Vec<usize>> {
     groups
 }
 
+impl Oscillator {
+    fn new(
+        columns: &Columns,
+        h: f64,
+        rows: &[Vec<(usize, f64)>],
+        members: &[usize],
+    ) -> Option<Oscillator> {
+        let &[x, p] = members else { return None };
+        let (&[(to, to_x)], &[(from, to_p)]) = (&rows[x][..], &rows[p][..]) else { return None };
+        if to != p || from != x {
+            return None;
+        }
+        let mut inverse = vec![Eight::ZERO; columns.mu.len()];
+        let square = h * h * to_x * to_p;
+        if !dispatch(Inverse { columns, square, out: &mut inverse }) {
+            return None;
+        }
+        Some(Oscillator { x, p, to_x, to_p, inverse })
+    }
+}
+
+/// Columns of `(I - square (b mu)^2)^-1`; whether they are finite.
+struct Inverse<'a> {
+    columns: &'a Columns,
+    square: f64,
+    out: &'a mut [Eight],
+}
+
+impl Body for Inverse<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<V: Lanes>(self) -> bool {
+        let Inverse { columns, square, out } = self;
+        let values = numbers::<V>(&columns.values);
+        let [re, im] = times(values, values).map(|part| part * square);
+        let re = 1.0 - re;
+        let size = re * re + im * im;
+        let divisor = [re / size, im / size];
+        for (forward, column) in columns.forward.iter().zip(out.chunks_exact_mut(columns.blocks)) {
+            let mut lanes = ZERO;
+            put(&mut lanes, times(numbers::<V>(forward), divisor));
+            let backward = columns.backward.chunks_exact(columns.blocks);
+            for ((backward, re), im) in backward.zip(lanes[0].0).zip(lanes[1].0) {
+                for (entry, backward) in packs_mut::<V>(column).iter_mut().zip(backward) {
+                    let [x, y] = numbers::<V>(backward);
+                    *entry = *entry + (x * re - y * im);
+                }
+            }
+        }
+        let total = packs::<V>(out).iter().fold(Pack::<V>::splat(0.0), |total, x| total + *x);
+        total.sum().is_finite()
+    }
+}
+
 const ZERO: [Eight; 2] = [Eight::ZERO; 2];
 const ONE: [Eight; 2] = [Eight([1.0; 8]), Eight::ZERO];
 
@@ -116,11 +194,9 @@ impl Group {
     }
 
     /// `(I - h value A)^-1`; whether there is one.
-    fn invert(&mut self, table: &Collocation, h: f64, matrix: &[f64], m: usize) -> bool {
+    fn invert(&mut self, columns: &Columns, h: f64, matrix: &[f64], m: usize) -> bool {
         let r = self.members.len();
-        // Lanes without an eigenvalue repeat the first.
-        let value = |of: &[f64]| Eight(std::array::from_fn(|k| h * of.get(k).unwrap_or(&of[0])));
-        let (re, im) = (value(table.values_real), value(table.values_imaginary));
+        let [re, im] = columns.values.map(|part| Eight(part.0.map(|value| h * value)));
         self.work.fill(ZERO);
         for (i, row) in self.work.chunks_exact_mut(2 * r).enumerate() {
             for (j, [x, y]) in row[..r].iter_mut().enumerate() {
@@ -239,19 +315,34 @@ mod tests {
             0.0, 0.0, 0.0, 0.0, 0.0,
             0.0, 0.0, 0.0, 0.0, 0.0,
         ];
-        let part = LinearPart::new(&COLLOCATION6, 0.5, &matrix, 5);
+        let part = LinearPart::new(Columns::of(&COLLOCATION6), 0.5, &matrix, 5);
+        let pairs: Vec<_> = part.oscillators.iter().map(|pair| (pair.x, pair.p)).collect();
+        assert_eq!(pairs, [(0, 2)]);
         let members: Vec<_> = part.groups.iter().map(|group| group.members.clone()).collect();
-        assert_eq!(members, [vec![0, 2], vec![1, 4]]);
-        assert_eq!(part.free, [3]);
-        // (I - h v A)^-1 = [1, h v; -4 h v, 1] / (1 + 4 h^2 v^2).
+        assert_eq!(members, [vec![1, 4]]);
+        assert_eq!((&part.free[..], &part.last[..]), (&[3][..], &[0, 1, 3, 4][..]));
+        // (I - h v A)^-1 = [1, h v; 0, 1].
+        let entry = part.groups[0].inverse[1].map(|part| part.0[1]);
         let v = [COLLOCATION6.values_real[1], COLLOCATION6.values_imaginary[1]];
-        let hv = v.map(|v| Pack::<f64>(0.5 * v));
-        let square = times(hv, hv);
-        let determinant = [1.0 + 4.0 * square[0], 4.0 * square[1]];
-        let entry = part.groups[0].inverse[1].map(|part| Pack::<f64>(part.0[1]));
-        let back = times(entry, determinant);
-        for (x, y) in back.into_iter().zip(hv) {
-            assert!((x - y).0.abs() < 1e-15);
+        assert!(entry.iter().zip(v).all(|(x, v)| (x - 0.5 * v).abs() < 1e-15), "{entry:?}");
+    }
+
+    #[test]
+    fn the_inverse_of_an_oscillator_is_one() {
+        let table = COLLOCATION6;
+        let matrix = [0.0, 2.0, -8.0, 0.0];
+        let part = LinearPart::new(Columns::of(&table), 0.5, &matrix, 2);
+        let inverse = |i: usize, j: usize| part.oscillators[0].inverse[j].0[i];
+        let b = |i: usize, j: usize| 0.5 * table.b[i] * table.mu[3 * i + j];
+        for i in 0..3 {
+            for j in 0..3 {
+                let square = |i: usize, j: usize| (0..3).map(|k| b(i, k) * b(k, j)).sum::<f64>();
+                let unit = f64::from(u8::from(i == j));
+                let product: f64 = (0..3)
+                    .map(|k| inverse(i, k) * (f64::from(u8::from(k == j)) + 16.0 * square(k, j)))
+                    .sum();
+                assert!((product - unit).abs() < 1e-13, "{i} {j}: {product}");
+            }
         }
     }
 }

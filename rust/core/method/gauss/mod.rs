@@ -1,6 +1,8 @@
 //! Gauss methods: collocation at Gauss points, of the highest order there is, symplectic and symmetric.
 
 mod beam;
+mod columns;
+mod iteration;
 mod linear_part;
 mod stages;
 

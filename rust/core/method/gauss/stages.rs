@@ -10,9 +10,11 @@
 //! Sources: Hairer, McLachlan & Razakarivony, BIT 48 (2008); Antoñana, Makazaga & Murua, Numer.
 //! Algorithms 76 (2017).
 
-use super::linear_part::{LinearPart, numbers, times};
+use super::columns::{Columns, lanes};
+use super::iteration::{Ahead, Correct, Remainder};
+use super::linear_part::LinearPart;
 use crate::error::Result;
-use crate::linalg::kernel::{Body, Eight, Lanes, Pack, dispatch, doubles, doubles_mut, packs, packs_mut};
+use crate::linalg::kernel::{Eight, dispatch, doubles, doubles_mut};
 use crate::method::common::{check_finite, not_solved};
 use crate::method::{State, Stepper, Work};
 use crate::system::Flow;
@@ -50,35 +52,28 @@ pub struct Gauss {
     name: &'static str,
     h: f64,
     ending: Ending,
-    table: Collocation,
-    blocks: usize,
-    /// `h b` and its reciprocal, a pack a block; places of the stages, those of the first where there is
-    /// no stage.
-    weights: Vec<Eight>,
-    reciprocals: Vec<Eight>,
-    places: Vec<Eight>,
-    /// Columns of mu and of what extrapolates, a pack a block each.
-    mu: Vec<Eight>,
-    ahead: Vec<Eight>,
-    /// Columns, a stage each, of `V^-1`, lanes are eigenvalues; columns, an eigenvalue each, of V.
-    forward: Vec<[Eight; 2]>,
-    backward: Vec<[Eight; 2]>,
-    part: LinearPart,
+    s: usize,
+    pub(super) blocks: usize,
+    pub(super) columns: &'static Columns,
+    /// `h b` and its reciprocal, a pack a block.
+    pub(super) weights: Vec<Eight>,
+    pub(super) reciprocals: Vec<Eight>,
+    pub(super) part: LinearPart,
     /// Whether `part` is that of the system, not of a Jacobian.
     given: bool,
     times: Vec<Eight>,
-    stages: Vec<Eight>,
-    increments: Vec<Eight>,
-    rates: Vec<Eight>,
+    pub(super) stages: Vec<Eight>,
+    pub(super) increments: Vec<Eight>,
+    pub(super) rates: Vec<Eight>,
     /// The state, its remainder, and by how much a change of each component counts.
-    z: Vec<f64>,
-    e: Vec<f64>,
-    counts: Vec<f64>,
-    next: Vec<f64>,
+    pub(super) z: Vec<f64>,
+    pub(super) e: Vec<f64>,
+    pub(super) counts: Vec<f64>,
+    pub(super) next: Vec<f64>,
     slopes: Vec<f64>,
     /// In eigenvectors, of one group.
-    turned: Vec<[Eight; 2]>,
-    left: Vec<Eight>,
+    pub(super) turned: Vec<[Eight; 2]>,
+    pub(super) left: Vec<Eight>,
     scratch: Vec<f64>,
 }
 
@@ -92,17 +87,11 @@ impl Gauss {
         h: f64,
     ) -> Gauss {
         let (m, s) = (system.len(), table.b.len());
-        let blocks = s.div_ceil(8);
+        let columns = Columns::of(&table);
+        let blocks = columns.blocks;
         let part = match system.linear() {
-            Some(matrix) => LinearPart::new(&table, h, matrix, m),
+            Some(matrix) => LinearPart::new(columns, h, matrix, m),
             None => LinearPart::none(m),
-        };
-        let lanes = |of: &dyn Fn(usize) -> f64, len: usize| -> Vec<Eight> {
-            let lane = |i: usize| if i < len { of(i) } else { 0.0 };
-            (0..len.div_ceil(8)).map(|b| Eight(std::array::from_fn(|i| lane(8 * b + i)))).collect()
-        };
-        let columns = |matrix: &[f64]| -> Vec<Eight> {
-            (0..s).flat_map(|j| lanes(&|i| matrix[s * i + j], s)).collect()
         };
         // The middle one, or the two outer ones, make the sum h as it is rounded.
         let mut hb: Vec<f64> = table.b.iter().map(|b| h * b).collect();
@@ -114,31 +103,16 @@ impl Gauss {
                 hb[s - 1] += 0.5 * excess;
             }
         }
-        let pairs = table.values_real.len();
-        let forward = (0..s).map(|j| {
-            let part = |of: &[f64]| lanes(&|k| of[s * k + j], pairs)[0];
-            [part(table.forward_real), part(table.forward_imaginary)]
-        });
-        let backward = (0..pairs).flat_map(|k| {
-            let part = |of: &[f64]| lanes(&|i| of[s * k + i], s);
-            let (re, im) = (part(table.backward_real), part(table.backward_imaginary));
-            re.into_iter().zip(im).map(|(re, im)| [re, im])
-        });
         let zeros = |packs: usize| vec![Eight::ZERO; packs];
-        let mut places = lanes(&|i| table.c[i], s);
-        doubles_mut(&mut places)[s..].fill(table.c[0]);
         Gauss {
             name,
             h,
             ending,
+            s,
             blocks,
-            weights: lanes(&|i| hb[i], s),
-            reciprocals: lanes(&|i| 1.0 / hb[i], s),
-            places,
-            mu: columns(table.mu),
-            ahead: columns(table.ahead),
-            forward: forward.collect(),
-            backward: backward.collect(),
+            columns,
+            weights: lanes(s, |i| hb[i]),
+            reciprocals: lanes(s, |i| 1.0 / hb[i]),
             turned: vec![[Eight::ZERO; 2]; m],
             left: zeros(blocks),
             given: system.linear().is_some(),
@@ -153,19 +127,18 @@ impl Gauss {
             next: vec![0.0; m],
             slopes: Vec::new(),
             scratch: vec![0.0; system.scratch_len()],
-            table,
         }
     }
 
     /// Rates at all stages.
     fn sweep(&mut self, system: &dyn Flow, work: &mut Work) -> Result<()> {
-        work.evaluations += self.table.b.len() as u64;
+        work.evaluations += self.s as u64;
         system.rates(&self.times, &self.stages, &mut self.rates, &mut self.scratch)
     }
 
     /// Takes rates for what they are, and goes one iteration on; the change, in parts of the state.
     fn correct(&mut self) -> f64 {
-        match self.table.b.len() {
+        match self.s {
             1 => dispatch(Correct::<1, 1>(self)),
             2 => dispatch(Correct::<2, 1>(self)),
             3 => dispatch(Correct::<3, 1>(self)),
@@ -179,8 +152,15 @@ impl Gauss {
 
     /// Stages to begin with: those of the linear part under what was left of rates at the last step,
     /// extrapolated.
-    fn begin(&mut self, system: &dyn Flow, history: Option<&[Eight]>, work: &mut Work) -> Result<()> {
+    fn begin(
+        &mut self,
+        system: &dyn Flow,
+        history: Option<&[Eight]>,
+        work: &mut Work,
+    ) -> Result<()> {
         let m = self.z.len();
+        // Nothing is slight yet.
+        self.counts.fill(f64::INFINITY);
         let Some(history) = history else {
             for b in 0..self.blocks {
                 for (stage, z) in self.stages[m * b..].iter_mut().zip(&self.z) {
@@ -192,7 +172,7 @@ impl Gauss {
             self.correct();
             return Ok(());
         };
-        match self.table.b.len() {
+        match self.s {
             1 => dispatch(Ahead::<1, 1>(self, history)),
             2 => dispatch(Ahead::<2, 1>(self, history)),
             3 => dispatch(Ahead::<3, 1>(self, history)),
@@ -230,12 +210,12 @@ impl Gauss {
             self.next[j] = self.z[j];
         }
         work.evaluations += m as u64 + 1;
-        self.part.renew(&self.table, self.h, &self.slopes[..m * m], m);
+        self.part.renew(self.columns, self.h, &self.slopes[..m * m], m);
         Ok(())
     }
 
-    /// How much a change of each component counts.
-    fn weigh(&mut self) {
+    /// How much a change of each component counts; of how many there is nothing to compare it with.
+    fn weigh(&mut self) -> usize {
         let m = self.z.len();
         let half = m.div_ceil(2);
         let mut sizes = [0.0_f64; 2];
@@ -246,11 +226,14 @@ impl Gauss {
             sizes[d / half] = sizes[d / half].max(size);
         };
         (0..m).for_each(&mut largest);
+        let mut unknown = 0;
         for (d, count) in self.counts.iter_mut().enumerate() {
             // Small ones beside large ones count as well, noise does not.
             let size = count.max(1e-6 * sizes[d / half]);
+            unknown += usize::from(size == 0.0);
             *count = if size > 0.0 { 1.0 / size } else { 0.0 };
         }
+        unknown
     }
 
     /// Finds the stages; iterations that took.
@@ -266,7 +249,7 @@ impl Gauss {
             self.differentiate(system, t, work)?;
         }
         self.begin(system, history, work)?;
-        self.weigh();
+        let mut unknown = self.weigh();
         let (mut last, mut iteration, mut since) = (f64::INFINITY, 0, 0);
         let (mut least, mut in_vain) = (f64::INFINITY, 0);
         loop {
@@ -274,6 +257,14 @@ impl Gauss {
             since += 1;
             self.sweep(system, work)?;
             let change = self.correct();
+            if unknown > 0 {
+                // From rest components start to move one after another.
+                let before = std::mem::replace(&mut unknown, self.weigh());
+                if unknown < before {
+                    last = f64::INFINITY;
+                    continue;
+                }
+            }
             let rate = change / last;
             in_vain = if change < least { 0 } else { in_vain + 1 };
             least = least.min(change);
@@ -281,13 +272,14 @@ impl Gauss {
             if change <= NOTHING || at_rest {
                 return Ok(());
             }
-            if self.ending == Ending::Tolerance && change * rate.min(1.0) <= ROUNDING {
+            let known = last.is_finite();
+            if known && self.ending == Ending::Tolerance && change * rate.min(1.0) <= ROUNDING {
                 return Ok(());
             }
             let lost = !change.is_finite() || (since > 2 && rate >= 1.0 && change > 1e-3);
             let slow = since >= PATIENCE && change > SMALL && {
                 let more = (ROUNDING / change).ln() / rate.ln();
-                let jacobian = self.z.len() as f64 / self.table.b.len() as f64;
+                let jacobian = self.z.len() as f64 / self.s as f64;
                 !(0.0..=8.0 + jacobian).contains(&more)
             };
             if (lost || slow) && !*stiff && !self.given {
@@ -295,6 +287,7 @@ impl Gauss {
                 self.differentiate(system, t, work)?;
                 if lost {
                     self.begin(system, None, work)?;
+                    unknown = self.weigh();
                 }
                 (last, least, since, in_vain) = (f64::INFINITY, f64::INFINITY, 0, 0);
                 continue;
@@ -326,7 +319,9 @@ impl Stepper<dyn Flow> for Gauss {
         let (history, flag) = history.split_at_mut(self.stages.len());
         self.z.copy_from_slice(&state.z);
         self.e.copy_from_slice(&doubles(kept)[..m]);
-        for (time, place) in doubles_mut(&mut self.times).iter_mut().zip(doubles(&self.places)) {
+        for (time, place) in
+            doubles_mut(&mut self.times).iter_mut().zip(doubles(&self.columns.places))
+        {
             *time = t + place * self.h;
         }
         let mut stiff = flag[0].0[0] != 0.0;
@@ -355,166 +350,4 @@ impl Stepper<dyn Flow> for Gauss {
 fn dispatch_sum(x: &Eight) -> f64 {
     let x = x.0;
     ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]))
-}
-
-/// One iteration, with S stages in B blocks; the largest change.
-struct Correct<'a, const S: usize, const B: usize>(&'a mut Gauss);
-
-impl<const S: usize, const B: usize> Body for Correct<'_, S, B> {
-    type Output = f64;
-
-    #[inline(always)]
-    fn run<V: Lanes>(self) -> f64 {
-        let gauss = self.0;
-        let m = gauss.z.len();
-        let hb: [Pack<V>; B] = blocks(&gauss.weights);
-        let mut change = Pack::<V>::splat(0.0);
-        let mut bad = Pack::<V>::splat(0.0);
-        for &d in &gauss.part.free {
-            let counts = Pack::splat(gauss.counts[d]);
-            for b in 0..B {
-                let L = &mut packs_mut::<V>(&mut gauss.increments)[m * b + d];
-                let new = hb[b] * packs::<V>(&gauss.rates)[m * b + d];
-                let step = new - *L;
-                *L = new;
-                change = change.max(step.abs() * counts);
-                bad = bad + step;
-            }
-        }
-        for group in &gauss.part.groups {
-            let r = group.members.len();
-            for (&d, turned) in group.members.iter().zip(&mut gauss.turned) {
-                for b in 0..B {
-                    packs_mut::<V>(&mut gauss.left)[b] = hb[b]
-                        * packs::<V>(&gauss.rates)[m * b + d]
-                        - packs::<V>(&gauss.increments)[m * b + d];
-                }
-                let left = doubles(&gauss.left);
-                let mut sums = [[Pack::<V>::splat(0.0); 2]; 2];
-                for (j, column) in gauss.forward[..S].iter().enumerate() {
-                    let x = Pack::splat(left[j]);
-                    let [re, im] = numbers::<V>(column);
-                    let sum = &mut sums[j % 2];
-                    *sum = [sum[0] + re * x, sum[1] + im * x];
-                }
-                let turned = packs_mut::<V>(turned);
-                (turned[0], turned[1]) = (sums[0][0] + sums[1][0], sums[0][1] + sums[1][1]);
-            }
-            for (i, &d) in group.members.iter().enumerate() {
-                let mut sum = [Pack::<V>::splat(0.0); 2];
-                for j in 0..r {
-                    if group.zero[r * i + j] {
-                        continue;
-                    }
-                    let [x, y] = times(
-                        numbers::<V>(&group.inverse[r * i + j]),
-                        numbers::<V>(&gauss.turned[j]),
-                    );
-                    sum = [sum[0] + x, sum[1] + y];
-                }
-                let mut lanes = [Eight::ZERO; 2];
-                for (lanes, sum) in packs_mut::<V>(&mut lanes).iter_mut().zip(sum) {
-                    *lanes = sum;
-                }
-                let counts = Pack::splat(gauss.counts[d]);
-                let mut steps = [[Pack::<V>::splat(0.0); B]; 2];
-                for k in 0..S.div_ceil(2) {
-                    let (x, y) = (Pack::splat(lanes[0].0[k]), Pack::splat(lanes[1].0[k]));
-                    for b in 0..B {
-                        let [re, im] = numbers::<V>(&gauss.backward[B * k + b]);
-                        steps[0][b] = steps[0][b] + re * x;
-                        steps[1][b] = steps[1][b] + im * y;
-                    }
-                }
-                for b in 0..B {
-                    let step = steps[0][b] - steps[1][b];
-                    let L = &mut packs_mut::<V>(&mut gauss.increments)[m * b + d];
-                    *L = *L + step;
-                    change = change.max(step.abs() * counts);
-                    bad = bad + step;
-                }
-            }
-        }
-        for d in 0..m {
-            let (z, e) = (Pack::splat(gauss.z[d]), Pack::splat(gauss.e[d]));
-            let sums = stage_sums::<V, S, B>(&gauss.mu, &gauss.increments, m, d);
-            for (b, sum) in sums.into_iter().enumerate() {
-                packs_mut::<V>(&mut gauss.stages)[m * b + d] = z + (e + sum);
-            }
-        }
-        // What is no number is lost in a maximum, never in a sum.
-        let bad = bad.sum();
-        if bad.is_finite() { change.largest() } else { f64::NAN }
-    }
-}
-
-/// The packs of as many blocks.
-#[inline(always)]
-fn blocks<V: Lanes, const B: usize>(memory: &[Eight]) -> [Pack<V>; B] {
-    *packs::<V>(memory).first_chunk().expect("a pack a block")
-}
-
-/// `sum of columns_j x_j` for component d, in two chains a block so that additions overlap.
-#[inline(always)]
-fn stage_sums<V: Lanes, const S: usize, const B: usize>(
-    columns: &[Eight],
-    x: &[Eight],
-    m: usize,
-    d: usize,
-) -> [Pack<V>; B] {
-    let mut sums = [[Pack::<V>::splat(0.0); B]; 2];
-    for block in 0..B {
-        let lanes = &x[m * block + d].0;
-        for j in 8 * block..S.min(8 * block + 8) {
-            let x = Pack::splat(lanes[j - 8 * block]);
-            let column: [Pack<V>; B] = blocks(&columns[B * j..]);
-            for b in 0..B {
-                sums[j % 2][b] = sums[j % 2][b] + column[b] * x;
-            }
-        }
-    }
-    std::array::from_fn(|b| sums[0][b] + sums[1][b])
-}
-
-/// Rates of the last step, extrapolated, but for what the linear part adds to those at the state.
-struct Ahead<'a, const S: usize, const B: usize>(&'a mut Gauss, &'a [Eight]);
-
-impl<const S: usize, const B: usize> Body for Ahead<'_, S, B> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<V: Lanes>(self) {
-        let Ahead(gauss, history) = self;
-        let m = gauss.z.len();
-        for d in 0..m {
-            let sums = stage_sums::<V, S, B>(&gauss.ahead, history, m, d);
-            for (b, sum) in sums.into_iter().enumerate() {
-                packs_mut::<V>(&mut gauss.rates)[m * b + d] = sum;
-            }
-        }
-    }
-}
-
-/// Rates at the stages without what the linear part makes of their distance from the end of the step.
-struct Remainder<'a>(&'a Gauss, &'a mut [Eight]);
-
-impl Body for Remainder<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<V: Lanes>(self) {
-        let Remainder(gauss, history) = self;
-        let m = gauss.z.len();
-        for b in 0..gauss.blocks {
-            let stages = &packs::<V>(&gauss.stages)[m * b..][..m];
-            let reciprocals = packs::<V>(&gauss.reciprocals)[b];
-            for d in 0..m {
-                let mut rest = packs::<V>(&gauss.increments)[m * b + d] * reciprocals;
-                for (j, a) in &gauss.part.rows[d] {
-                    rest = rest - *a * (stages[*j] - gauss.next[*j]);
-                }
-                packs_mut::<V>(history)[m * b + d] = rest;
-            }
-        }
-    }
 }
