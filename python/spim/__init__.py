@@ -20,10 +20,12 @@ from spim._core import (
     kernel_level,
     phi,
 )
+from spim._calls import cfunc_signature
 from spim._discretize import discretize, discretize_noise
 from spim._ensemble import ensemble
-from spim._functions import HamiltonianSystem, SemilinearSystem, SeparableSystem
+from spim._functions import FlowSystem, HamiltonianSystem, SemilinearSystem, SeparableSystem
 from spim._integrate import integrate
+from spim._linearize import linearize
 from spim._methods import methods
 from spim._run import Run
 from spim._solution import Solution
@@ -36,6 +38,7 @@ from spim.tableau import RungeKutta
 __all__ = [
     "ConvergenceError",
     "FailedCase",
+    "FlowSystem",
     "HamiltonianSystem",
     "InternalError",
     "LinearSystem",
@@ -52,6 +55,7 @@ __all__ = [
     "StructuralSystem",
     "UnsupportedError",
     "__version__",
+    "cfunc_signature",
     "damping",
     "discretize",
     "discretize_noise",
@@ -59,6 +63,7 @@ __all__ = [
     "expm",
     "integrate",
     "kernel_level",
+    "linearize",
     "loads",
     "methods",
     "models",

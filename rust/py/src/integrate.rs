@@ -128,7 +128,7 @@ pub fn integrate<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let py = system.py();
     let info = method::find(method).map_err(to_python)?;
-    let problem = problem_of(system, matrices, load, info)?;
+    let problem = problem_of(system, matrices, load, Some(info))?;
     let m = problem.flow().len();
     let z0 = real("z0", z0)?;
     if z0.shape() != [m] {
@@ -215,12 +215,12 @@ pub fn integrate<'py>(
     Ok(result)
 }
 
-/// The system as methods see it, under its load.
-fn problem_of(
+/// The system as methods see it, under its load, which depends on the method.
+pub fn problem_of(
     system: &Bound<'_, PyAny>,
     matrices: Option<Matrices<'_>>,
     load: Option<&Bound<'_, PyAny>>,
-    info: &MethodInfo,
+    info: Option<&MethodInfo>,
 ) -> PyResult<Problem> {
     if let Ok(beam) = system.cast::<RotatingBeam>() {
         return Ok(Problem::Beam(beam.get().beam.clone()));
@@ -234,8 +234,8 @@ fn problem_of(
     let mut linear = system.cast::<Linear>()?.get().system.clone();
     if let Some(load) = load {
         // Impulses are of exponential steps alone.
-        let (load, generator) = match info.needs {
-            needs if needs.is_exponential() => Acting::of_steps(load)?,
+        let (load, generator) = match info {
+            Some(info) if info.needs.is_exponential() => Acting::of_steps(load)?,
             _ => (Acting::of_values(load), Generator::default()),
         };
         linear = Arc::new(linear.with_load(Arc::new(load), generator).map_err(to_python)?);
