@@ -30,6 +30,7 @@ from spim._methods import methods
 from spim._run import Run
 from spim._solution import Solution
 from spim._structural import StructuralSystem
+from spim._symbolic import from_sympy
 from spim._sweep import FailedCase, sweep
 from spim._systems import LinearSystem
 from spim._versions import __version__, show_versions
@@ -61,6 +62,7 @@ __all__ = [
     "discretize_noise",
     "ensemble",
     "expm",
+    "from_sympy",
     "integrate",
     "kernel_level",
     "linearize",

@@ -225,9 +225,7 @@ impl Kept {
             let array = self.doubles(py).as_array_ptr();
             ((*array).fields.flags, pyo3::ffi::Py_REFCNT(self.array.as_ptr()))
         };
-        holders == 1
-            && flags & numpy::npyffi::NPY_ARRAY_WRITEABLE != 0
-            && self.is_intact(py)
+        holders == 1 && flags & numpy::npyffi::NPY_ARRAY_WRITEABLE != 0 && self.is_intact(py)
     }
 
     /// The numbers, if the array is still what it was.

@@ -188,7 +188,10 @@ pub fn integrate<'py>(
         last.truncate(m);
         Ok((outcome, method.work(), method.choice().to_string(), last))
     };
-    let (outcome, work, choice, last) = py.detach(|| guarded(run))?.map_err(to_python)?;
+    // Functions in Python need the interpreter at every call: taking it each time costs as much as the call.
+    let python = system.cast::<Called>().is_ok_and(|called| called.get().is_python());
+    let ran = if python { guarded(run)? } else { py.detach(|| guarded(run))? };
+    let (outcome, work, choice, last) = ran.map_err(to_python)?;
     let result = PyDict::new(py);
     result.set_item("t", convert::first_rows(&t, outcome.rows)?)?;
     result.set_item("z", convert::first_rows(&z, outcome.rows)?)?;
@@ -265,6 +268,8 @@ pub fn grid(t0: f64, t1: f64, step: f64) -> PyResult<(f64, u64, bool)> {
 fn look(progress: Option<&Py<PyAny>>, step: u64, clock: &Clock, t: f64) -> spim::Result<()> {
     Python::attach(|py| {
         py.check_signals()?;
+        // Where a run holds the interpreter, others get it now.
+        py.detach(|| ());
         if let Some(progress) = progress {
             progress.call1(py, (step as f64 / clock.steps as f64, t))?;
         }

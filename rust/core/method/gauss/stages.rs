@@ -12,7 +12,9 @@
 
 use super::linear_part::{LinearPart, numbers, times};
 use crate::error::Result;
-use crate::linalg::kernel::{Body, Eight, Lanes, Pack, dispatch, doubles, doubles_mut, packs, packs_mut};
+use crate::linalg::kernel::{
+    Body, Eight, Lanes, Pack, dispatch, doubles, doubles_mut, packs, packs_mut,
+};
 use crate::method::common::{check_finite, not_solved};
 use crate::method::{State, Stepper, Work};
 use crate::system::Flow;
@@ -180,7 +182,12 @@ impl Gauss {
 
     /// Stages to begin with: those of the linear part under what was left of rates at the last step,
     /// extrapolated.
-    fn begin(&mut self, system: &dyn Flow, history: Option<&[Eight]>, work: &mut Work) -> Result<()> {
+    fn begin(
+        &mut self,
+        system: &dyn Flow,
+        history: Option<&[Eight]>,
+        work: &mut Work,
+    ) -> Result<()> {
         let m = self.z.len();
         let Some(history) = history else {
             for b in 0..self.blocks {
@@ -287,7 +294,8 @@ impl Gauss {
             if change <= NOTHING || at_rest {
                 return Ok(());
             }
-            if self.ending == Ending::Tolerance && change * rate.min(1.0) <= ROUNDING {
+            let known = last.is_finite();
+            if known && self.ending == Ending::Tolerance && change * rate.min(1.0) <= ROUNDING {
                 return Ok(());
             }
             let lost = !change.is_finite() || (since > 2 && rate >= 1.0 && change > 1e-3);

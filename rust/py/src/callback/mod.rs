@@ -273,6 +273,13 @@ pub struct Called {
     size: usize,
 }
 
+impl Called {
+    /// Whether steps call Python.
+    pub fn is_python(&self) -> bool {
+        self.functions.values().any(|function| function.is_python())
+    }
+}
+
 #[pymethods]
 impl Called {
     /// `kind`: "flow", "hamiltonian", "separable" or "semilinear"; `functions` by their parts in it, each a
@@ -324,9 +331,9 @@ impl Called {
             })),
             _ => {
                 let rest = rest(needed("nonlinear")?, perhaps("jacobian"));
-                Problem::SemiLinear(rest.ok_or_else(|| {
-                    PyTypeError::new_err("semilinear: needs a matrix")
-                })?)
+                Problem::SemiLinear(
+                    rest.ok_or_else(|| PyTypeError::new_err("semilinear: needs a matrix"))?,
+                )
             }
         };
         let size = problem.flow().len();
@@ -349,12 +356,6 @@ impl Called {
         self.size
     }
 
-    /// Whether it needs the interpreter.
-    #[getter]
-    fn is_python(&self) -> bool {
-        self.functions.values().any(|function| function.is_python())
-    }
-
     /// A function of states (k, …) at times (k,), by its part: (k, outputs).
     fn values<'py>(
         &self,
@@ -362,9 +363,10 @@ impl Called {
         t: &Bound<'py, PyAny>,
         z: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let function = self.functions.get(part).ok_or_else(|| {
-            PyTypeError::new_err(format!("there is no function for the {part}"))
-        })?;
+        let function = self
+            .functions
+            .get(part)
+            .ok_or_else(|| PyTypeError::new_err(format!("there is no function for the {part}")))?;
         states::map(function.inputs(), t, z, function.outputs(), |t, z, out| {
             function.value(t, z, out)
         })

@@ -264,8 +264,7 @@ fn floats(given: &Bound<'_, PyAny>, out: &mut [f64]) -> bool {
         Err(_) => false,
     };
     if let Ok(list) = given.cast_exact::<PyList>() {
-        return list.len() == out.len()
-            && list.iter().zip(out).all(|(item, out)| read(&item, out));
+        return list.len() == out.len() && list.iter().zip(out).all(|(item, out)| read(&item, out));
     }
     if let Ok(tuple) = given.cast_exact::<PyTuple>() {
         return tuple.len() == out.len()
