@@ -7,6 +7,7 @@ Start with `expm`, `Propagator`, or `integrate` and a system such as `LinearSyst
 """
 
 from spim import damping, loads, models, tableau
+from spim._calls import cfunc_signature
 from spim._core import (
     ConvergenceError,
     InternalError,
@@ -20,7 +21,6 @@ from spim._core import (
     kernel_level,
     phi,
 )
-from spim._calls import cfunc_signature
 from spim._discretize import discretize, discretize_noise
 from spim._ensemble import ensemble
 from spim._functions import FlowSystem, HamiltonianSystem, SemilinearSystem, SeparableSystem
@@ -30,8 +30,8 @@ from spim._methods import methods
 from spim._run import Run
 from spim._solution import Solution
 from spim._structural import StructuralSystem
-from spim._symbolic import from_sympy
 from spim._sweep import FailedCase, sweep
+from spim._symbolic import from_sympy
 from spim._systems import LinearSystem
 from spim._versions import __version__, show_versions
 from spim.tableau import RungeKutta

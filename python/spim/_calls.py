@@ -33,9 +33,9 @@ def cfunc_signature(batch=False, user_data=False):
 
     Notes
     -----
-    ``z`` must not be written to. What a function does not write to ``out``, as where numba's raises,
-    is nan to the caller, and so a `ModelError`. Functions are called from any thread, without the
-    interpreter.
+    ``z`` must not be written to. What a function does not write to ``out``, as where numba's
+    raises, is nan to the caller, and so a `ModelError`. Functions are called from any thread,
+    without the interpreter.
 
     Examples
     --------
@@ -177,7 +177,10 @@ def _of_capsule(capsule):
     name = call("PyCapsule_GetName", ctypes.c_char_p, capsule)
     address = call("PyCapsule_GetPointer", ctypes.c_void_p, capsule, ctypes.c_char_p(name))
     data = call("PyCapsule_GetContext", ctypes.c_void_p, capsule)
-    result, arguments = re.fullmatch(r"\s*([\w\s*]+?)\s*\((.*)\)\s*", name.decode()).groups()
+    shape = re.fullmatch(r"\s*([\w\s*]+?)\s*\((.*)\)\s*", name.decode())
+    if shape is None:
+        return address, data, [name.decode()]
+    result, arguments = shape.groups()
     return address, data, [_word(part) for part in (result, *arguments.split(","))]
 
 

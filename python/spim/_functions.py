@@ -51,9 +51,7 @@ class _Called(System):
     @property
     def _core(self):
         if "_made" not in self.__dict__:
-            self._made = _core.Called(
-                self._kind, self._functions, self._linear_part, self._inverse
-            )
+            self._made = _core.Called(self._kind, self._functions, self._linear_part, self._inverse)
         return self._made
 
     def _matrices(self):
@@ -106,8 +104,8 @@ class FlowSystem(_Called):
     jacobian : callable or compiled function, optional
         ``jacobian(t, z) -> (m, m)``, row by row where it is compiled.
     linear : array_like (m, m), optional
-        A constant part of the Jacobian, which implicit methods solve for within their iterations: it
-        says how fast they converge, not what they converge to.
+        A constant part of the Jacobian, which implicit methods solve for within their iterations:
+        it says how fast they converge, not what they converge to.
     args : tuple
         What Python functions are given after ``t, z``, or ``t, z, out``.
     vectorized : bool
@@ -223,7 +221,8 @@ class SeparableSystem(_Called):
     Parameters
     ----------
     force : callable or compiled function
-        ``force(t, q) -> (n,)``, or ``force(t, q, out)``. Functions may be compiled; see `FlowSystem`.
+        ``force(t, q) -> (n,)``, or ``force(t, q, out)``. Functions may be compiled; see
+        `FlowSystem`.
     mass : array_like (n,) or (n, n), optional
         Masses, or a symmetric positive definite matrix.
     velocity : callable or compiled function, optional
@@ -321,9 +320,7 @@ class SemilinearSystem(_Called):
     _kind = "semilinear"
     _preferred = EXPONENTIAL
 
-    def __init__(
-        self, A, nonlinear, *, jacobian=None, potential=None, args=(), vectorized=False
-    ):
+    def __init__(self, A, nonlinear, *, jacobian=None, potential=None, args=(), vectorized=False):
         self._linear = _core.Linear(A)
         m = self.size
         if potential is not None and not self._linear.hamiltonian:
@@ -350,9 +347,9 @@ class SemilinearSystem(_Called):
         Returns
         -------
         SemilinearSystem
-            The same motion and energy; ``linear`` is ``spim.linearize(system, z0, t)``. What is left,
-            ``z' - A z``, is rounded once, so that it is as exact as ``z'``; a remainder in closed
-            form, as `SemilinearSystem` takes, is more exact near the origin.
+            The same motion and energy; ``linear`` is ``spim.linearize(system, z0, t)``. What is
+            left, ``z' - A z``, is rounded once, so that it is as exact as ``z'``; a remainder in
+            closed form, as `SemilinearSystem` takes, is more exact near the origin.
 
         Raises
         ------
@@ -382,8 +379,8 @@ class _About(SemilinearSystem):
         A = linearize(system, z0, t)
         if system._core.size != system.size:
             raise UnsupportedError(
-                f"about: {type(system).__name__} steps accounts along with its state; leave damping "
-                "and loads out"
+                f"about: {type(system).__name__} steps accounts along with its state; leave "
+                "damping and loads out"
             )
         self._linear, self._functions, self._system = _core.Linear(A), {}, system
 

@@ -61,8 +61,8 @@ def linearize(system, z, t=0.0):
 
 
 def _column(core, state, t, j):
-    """One column: the estimate that agrees best with that of lower order and those of its neighbours."""
-    size = max(abs(state[j]), 1.0) if state[j] == 0.0 else abs(state[j])
+    """One column: of all steps the estimate that agrees best with that of lower order."""
+    size = abs(state[j]) or 1.0
     found, errors = [], []
     for step in STEPS * size:
         moved = np.tile(state, (8, 1))

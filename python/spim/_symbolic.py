@@ -33,8 +33,8 @@ def from_sympy(H, q, p, parameters=None, *, t=None, equilibrium=None):
     Returns
     -------
     SeparableSystem
-        Where ``H = T(p) + V(t, q)``. If there is an equilibrium, it has its linear part apart as well,
-        and is stepped by methods for semilinear systems too.
+        Where ``H = T(p) + V(t, q)``. If there is an equilibrium, it has its linear part apart as
+        well, and is stepped by methods for semilinear systems too.
     SemilinearSystem
         Else, where there is an equilibrium.
     HamiltonianSystem
@@ -136,6 +136,9 @@ class _Symbolic(_Called):
         """The linear part at the equilibrium, (2 n, 2 n), or None."""
         return None if self._linear_part is None else self._linear_part.copy()
 
+    def __repr__(self):
+        return f"{type(self).__name__[1:]}System({self.size} states, of symbols)"
+
 
 class _Separable(_Symbolic, SeparableSystem):
     """Of T(p) + V(t, q)."""
@@ -204,9 +207,7 @@ class _Symbols:
             if single:
                 text = _flattened(text)
             exec("\n".join(text), space := {**namespace, "numpy": numpy})
-            return given(
-                name, space["function"], len(inputs), shape, vectorized=not single
-            )
+            return given(name, space["function"], len(inputs), shape, vectorized=not single)
         import numba
 
         m, k = len(inputs), len(expressions)

@@ -29,13 +29,13 @@ impl Flow for About {
     }
     fn rates(
         &self,
-        count: usize,
         t: &[Eight],
         z: &[Eight],
         f: &mut [Eight],
+        count: usize,
         scratch: &mut [f64],
     ) -> Result<()> {
-        self.flow.rates(count, t, z, f, scratch)
+        self.flow.rates(t, z, f, count, scratch)
     }
     fn scratch_len(&self) -> usize {
         self.flow.scratch_len()

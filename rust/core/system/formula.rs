@@ -88,10 +88,10 @@ impl<F: Formula> Flow for F {
     }
     fn rates(
         &self,
-        _: usize,
         t: &[Eight],
         z: &[Eight],
         f: &mut [Eight],
+        _: usize,
         _: &mut [f64],
     ) -> Result<()> {
         dispatch(Sweep { model: self, t, z, f });

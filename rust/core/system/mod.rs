@@ -48,10 +48,10 @@ pub trait Flow: Send + Sync {
     /// As [`rate`](Self::rate).
     fn rates(
         &self,
-        count: usize,
         t: &[Eight],
         z: &[Eight],
         f: &mut [Eight],
+        count: usize,
         scratch: &mut [f64],
     ) -> Result<()> {
         let len = self.len();

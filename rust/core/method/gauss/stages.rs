@@ -163,7 +163,7 @@ impl Gauss {
     fn sweep(&mut self, system: &dyn Flow, work: &mut Work) -> Result<()> {
         let s = self.table.b.len();
         work.evaluations += s as u64;
-        system.rates(s, &self.times, &self.stages, &mut self.rates, &mut self.scratch)
+        system.rates(&self.times, &self.stages, &mut self.rates, s, &mut self.scratch)
     }
 
     /// Takes rates for what they are, and goes one iteration on; the change, in parts of the state.

@@ -73,10 +73,10 @@ impl Flow for General {
     }
     fn rates(
         &self,
-        count: usize,
         t: &[Eight],
         z: &[Eight],
         f: &mut [Eight],
+        count: usize,
         scratch: &mut [f64],
     ) -> Result<()> {
         self.rate.calls(&whole(count, t, z, self.len()), f, 0, scratch)
@@ -109,10 +109,10 @@ impl Flow for Canonical {
     }
     fn rates(
         &self,
-        count: usize,
         t: &[Eight],
         z: &[Eight],
         f: &mut [Eight],
+        count: usize,
         scratch: &mut [f64],
     ) -> Result<()> {
         let m = self.len();
@@ -170,10 +170,10 @@ impl Flow for Split {
     }
     fn rates(
         &self,
-        count: usize,
         t: &[Eight],
         z: &[Eight],
         f: &mut [Eight],
+        count: usize,
         scratch: &mut [f64],
     ) -> Result<()> {
         let n = self.force.inputs();
@@ -234,10 +234,10 @@ impl Flow for Rest {
     }
     fn rates(
         &self,
-        count: usize,
         t: &[Eight],
         z: &[Eight],
         f: &mut [Eight],
+        count: usize,
         scratch: &mut [f64],
     ) -> Result<()> {
         let m = self.len();
