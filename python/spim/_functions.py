@@ -8,7 +8,7 @@ from spim import _core
 from spim._arrays import cholesky, finite, matrix, symmetric
 from spim._calls import given, times_and_states
 from spim._core import UnsupportedError
-from spim._linearize import linearize
+from spim._linearize import linearize, stepped
 from spim._systems import System
 
 EXPLICIT = "yoshida6", "explicit, symplectic: the system is separable"
@@ -354,7 +354,7 @@ class SemilinearSystem(_Called):
         Raises
         ------
         UnsupportedError
-            A beam with damping or loads, which steps more than its state.
+            A system with a load, or a beam with damping, which steps more than its state.
         """
         return _About(system, z0, t)
 
@@ -377,10 +377,10 @@ class _About(SemilinearSystem):
 
     def __init__(self, system, z0, t):
         A = linearize(system, z0, t)
-        if system._core.size != system.size:
+        if system.load is not None or stepped(system) != system.size:
             raise UnsupportedError(
-                f"about: {type(system).__name__} steps accounts along with its state; leave "
-                "damping and loads out"
+                f"about: {type(system).__name__} has a load, or steps accounts along with its "
+                "state; leave damping and loads out"
             )
         self._linear, self._functions, self._system = _core.Linear(A), {}, system
 
@@ -390,13 +390,11 @@ class _About(SemilinearSystem):
             self._made = _core.Called.about(self._system._core, self._linear.A)
         return self._made
 
+    def __repr__(self):
+        return f"SemilinearSystem({self.size} states, about one of {self._system!r})"
+
     def energy(self, z, t=0.0):
         """Energy of states, as the system that was split has it."""
-        return energy_of(self._system, z, t)
-
-
-def energy_of(system, z, t):
-    """The energy of any system's states."""
-    if isinstance(system, _Called):
-        return system.energy(z, t)
-    return system.energy(z)
+        if isinstance(self._system, _Called):
+            return self._system.energy(z, t)
+        return self._system.energy(z)

@@ -45,7 +45,7 @@ def linearize(system, z, t=0.0):
         raise TypeError(f"system: must be a spim system, got {type(system).__name__}")
     z = finite("z", z, (system.size,))
     core = system._core
-    m, whole = len(z), core.size if hasattr(core, "size") else len(z)
+    m, whole = len(z), stepped(system)
     # What is stepped along with the state changes nothing in it.
     state = np.concatenate([z, np.zeros(whole - m)])
     known = _core.jacobian(core, np.array([float(t)]), state[None])
@@ -58,6 +58,11 @@ def linearize(system, z, t=0.0):
     for j in range(m):
         A[:, j] = _column(core, state, float(t), j)[:m]
     return A
+
+
+def stepped(system):
+    """Length of what is stepped: a state, and accounts along with it."""
+    return getattr(system._core, "size", system.size)
 
 
 def _column(core, state, t, j):

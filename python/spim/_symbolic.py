@@ -198,16 +198,16 @@ class _Symbols:
 
     def function(self, name, inputs, expressions, shape):
         """A function of time and some symbols, as the core takes it."""
-        single = name in ("hessian", "jacobian")
+        single = name in ("hessian", "jacobian", "hamiltonian")
         lines, namespace = self._body(inputs, expressions)
         if not self.compiles:
             import numpy
 
             text = ["def function(t, z, out):", *_lines(lines, "z[{}]", "out[{}]", 4)]
-            if single:
+            if len(shape) > 1:
                 text = _flattened(text)
             exec("\n".join(text), space := {**namespace, "numpy": numpy})
-            return given(name, space["function"], len(inputs), shape, vectorized=not single)
+            return given(name, space["function"], len(inputs), shape, vectorized=len(shape) == 1)
         import numba
 
         m, k = len(inputs), len(expressions)

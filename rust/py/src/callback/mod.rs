@@ -271,12 +271,16 @@ pub struct Called {
     pub problem: Problem,
     functions: BTreeMap<String, Arc<Function>>,
     size: usize,
+    python: bool,
 }
+
+/// Functions that steps call once and again.
+const RATES: [&str; 5] = ["rate", "gradient", "force", "velocity", "nonlinear"];
 
 impl Called {
     /// Whether steps call Python.
     pub fn is_python(&self) -> bool {
-        self.functions.values().any(|function| function.is_python())
+        self.python
     }
 }
 
@@ -337,7 +341,8 @@ impl Called {
             }
         };
         let size = problem.flow().len();
-        Ok(Called { problem, functions, size })
+        let python = RATES.iter().any(|part| perhaps(part).is_some_and(|f| f.is_python()));
+        Ok(Called { problem, functions, size, python })
     }
 
     /// Any other system, split at a matrix.
@@ -347,7 +352,8 @@ impl Called {
         let size = flow.len();
         let matrix = convert::copied("A", &real("A", matrix)?)?;
         let problem = Problem::SemiLinear(Arc::new(About::new(flow, matrix)));
-        Ok(Called { problem, functions: BTreeMap::new(), size })
+        let python = system.cast::<Called>().is_ok_and(|called| called.get().python);
+        Ok(Called { problem, functions: BTreeMap::new(), size, python })
     }
 
     /// Length of the state.
