@@ -522,14 +522,16 @@ def test_arrays_that_are_kept_or_changed_do_no_harm():
         run(shrunk, "gauss8")
 
 
-def test_nothing_leaks_in_failing_runs():
+@pytest.mark.parametrize("form", ["plain", "vectorised", "writing"])
+def test_nothing_leaks_in_failing_runs(form):
     error = Odd("mine")
 
     def failure():
         raise error
 
     def fails(k):
-        system = spim.FlowSystem(4, failing_at(k, failure))
+        rate = failing_at(k, failure, form)
+        system = spim.FlowSystem(4, rate, vectorized=form == "vectorised")
         try:
             spim.integrate(system, z0, SPAN, 0.25, method="gauss8")
         except Odd as found:
@@ -738,6 +740,17 @@ def test_symbols_without_an_equilibrium_make_a_hamiltonian_system():
     assert np.abs(made.energy / made.energy[0] - 1.0).max() <= 1e-14
 
 
+@pytest.mark.parametrize("compiled", [True, False])
+def test_symbols_may_have_kinks(compiled, monkeypatch):
+    if not compiled:
+        monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    H = px**2 / 2 + abs(x) * x**2 / 3 + sympy.sqrt(x**2)
+    system = spim.from_sympy(H, [x], [px], equilibrium=None)
+    assert (system.rate([-2.0, 0.5]) == [0.5, 5.0]).all()
+    assert (system.rate([2.0, 0.5]) == [0.5, -5.0]).all()
+    assert system.energy([-2.0, 0.5]) == pytest.approx(0.125 + 8.0 / 3.0 + 2.0, abs=1e-15)
+
+
 def test_symbols_may_hold_time_and_another_equilibrium():
     H = px**2 / 2 - sympy.cos(x) + x**2 * sympy.cos(time) / 10
     system = spim.from_sympy(H, x, px, t=time)
@@ -761,6 +774,8 @@ def test_symbols_may_hold_time_and_another_equilibrium():
         (lambda: spim.from_sympy(x**2, [x, y], [px]), "q, p: must be as many"),
         (lambda: spim.from_sympy(x + px**2, [x], [px], equilibrium=[0, 0]), "equilibrium"),
         (lambda: spim.from_sympy(x**2, [x], [px], equilibrium=[0]), "equilibrium: must have"),
+        (lambda: spim.from_sympy(sympy.Function("f")(x), [x], [px]), "H: no code"),
+        (lambda: spim.from_sympy(sympy.airyai(x), [x], [px]), "H: no code"),
         (lambda: spim.from_sympy(k * x**2, [x], [px], {k: math.nan}), "parameters: must be finite"),
     ],
 )
