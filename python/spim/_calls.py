@@ -104,6 +104,11 @@ def _writes(function, args):
     return sum(p.kind in kinds and p.default is p.empty for p in parameters) >= 3 + args
 
 
+def is_compiled(name, function):
+    """Whether a function is a pointer, whose signature is checked then."""
+    return _compiled(name, function) is not None
+
+
 def _is_low_level(function):
     return type(function).__name__ == "LowLevelCallable"
 

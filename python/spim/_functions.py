@@ -1,12 +1,10 @@
 """Nonlinear systems given as functions."""
 
-import ctypes
-
 import numpy as np
 
 from spim import _core
 from spim._arrays import cholesky, finite, matrix, symmetric
-from spim._calls import given, times_and_states
+from spim._calls import given, is_compiled, times_and_states
 from spim._core import UnsupportedError
 from spim._linearize import linearize, stepped
 from spim._systems import System
@@ -262,8 +260,8 @@ class SeparableSystem(_Called):
             if potential is not None:
                 raise TypeError("potential: needs mass=, which gives the kinetic energy")
         n = self._dof
-        if velocity is not None:
-            velocity = _of_momenta(velocity)
+        if callable(velocity) and not is_compiled("velocity", velocity):
+            velocity = _Velocity(velocity)
         functions = {
             "force": (force, n, (n,)),
             "velocity": (velocity, n, (n,)),
@@ -282,15 +280,8 @@ class SeparableSystem(_Called):
         return kinetic + self._values("potential", times, q)
 
 
-class _of_momenta:
+class _Velocity:
     """A Python function of momenta as one of time and momenta."""
-
-    def __new__(cls, function):
-        if not callable(function) or isinstance(function, tuple) or hasattr(function, "address"):
-            return function
-        if isinstance(function, ctypes._CFuncPtr):
-            return function
-        return super().__new__(cls)
 
     def __init__(self, function):
         self.function = function
