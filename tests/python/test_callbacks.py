@@ -380,6 +380,44 @@ def test_an_exception_at_any_call_reaches_the_caller_as_it_is(kind, form):
         assert not partial.success
 
 
+NEEDS = {
+    "flow": lambda f: spim.FlowSystem(4, f),
+    "semilinear": lambda f: spim.SemilinearSystem(np.zeros((4, 4)), f),
+    "split": lambda f: spim.SeparableSystem(lambda t, q: f(t, np.r_[q, q])[2:], mass=[1.0, 1.0]),
+}
+
+
+@pytest.mark.parametrize(
+    "record", [r for r in spim.methods() if r.needs in NEEDS], ids=lambda record: record.name
+)
+def test_an_exception_leaves_the_states_of_any_method_as_they_were(record):
+    def walk(rate):
+        system = NEEDS[record.needs](rate)
+        return spim.integrate(system, Z0, SPAN, 0.25, method=record.name)
+
+    calls = [0]
+
+    def counted(t, z):
+        calls[0] += 1
+        return plain(t, z)
+
+    try:
+        whole = walk(counted).z
+    except spim.UnsupportedError:
+        pytest.skip("needs more of the system")
+    for k in {1, 2, calls[0] // 3, calls[0] // 2, calls[0] - 1, calls[0]}:
+        error = Odd("mine")
+
+        def failure(error=error):
+            raise error
+
+        with pytest.raises(Odd) as found:
+            walk(failing_at(k, failure))
+        assert found.value is error
+        assert (error.partial.z == whole[: len(error.partial.t)]).all()
+        assert len(error.partial.t) < len(whole)
+
+
 def test_an_exception_is_returned_on_request_but_not_what_ends_a_program():
     def fails():
         raise Odd("mine")
