@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from spim import _core
 from spim._calls import cfunc_signature, given
 from spim._functions import HamiltonianSystem, SemilinearSystem, SeparableSystem, _Called
 
@@ -126,6 +127,8 @@ class _Symbolic(_Called):
 
     def _set(self, n, functions, linear):
         self._dof, self._functions, self._linear_part = n, functions, linear
+        if linear is not None:
+            self._linear = _core.Linear(linear)
 
     @property
     def size(self):
