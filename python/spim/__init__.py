@@ -7,6 +7,7 @@ Start with `expm`, `Propagator`, or `integrate` and a system such as `LinearSyst
 """
 
 from spim import damping, loads, models, tableau
+from spim._calls import cfunc_signature
 from spim._core import (
     ConvergenceError,
     InternalError,
@@ -22,13 +23,15 @@ from spim._core import (
 )
 from spim._discretize import discretize, discretize_noise
 from spim._ensemble import ensemble
-from spim._functions import HamiltonianSystem, SemilinearSystem, SeparableSystem
+from spim._functions import FlowSystem, HamiltonianSystem, SemilinearSystem, SeparableSystem
 from spim._integrate import integrate
+from spim._linearize import linearize
 from spim._methods import methods
 from spim._run import Run
 from spim._solution import Solution
 from spim._structural import StructuralSystem
 from spim._sweep import FailedCase, sweep
+from spim._symbolic import from_sympy
 from spim._systems import LinearSystem
 from spim._versions import __version__, show_versions
 from spim.tableau import RungeKutta
@@ -36,6 +39,7 @@ from spim.tableau import RungeKutta
 __all__ = [
     "ConvergenceError",
     "FailedCase",
+    "FlowSystem",
     "HamiltonianSystem",
     "InternalError",
     "LinearSystem",
@@ -52,13 +56,16 @@ __all__ = [
     "StructuralSystem",
     "UnsupportedError",
     "__version__",
+    "cfunc_signature",
     "damping",
     "discretize",
     "discretize_noise",
     "ensemble",
     "expm",
+    "from_sympy",
     "integrate",
     "kernel_level",
+    "linearize",
     "loads",
     "methods",
     "models",

@@ -26,10 +26,12 @@ __all__ = [
     "expm",
     "grid",
     "integrate",
+    "jacobian",
     "kernel_level",
     "methods",
     "phi",
     "quadratic",
+    "rates",
     "solve",
 ]
 
@@ -58,6 +60,12 @@ def quadratic(S: ArrayLike, x: ArrayLike) -> np.ndarray: ...
 def solve(D: ArrayLike, B: ArrayLike) -> np.ndarray: ...
 def energy_coordinates(M: ArrayLike, K: ArrayLike) -> list[tuple[np.ndarray, np.ndarray]]: ...
 def apply(hi: ArrayLike, lo: ArrayLike, x: ArrayLike) -> np.ndarray: ...
+def rates(
+    system: Linear | RotatingBeam | Model | Called, t: ArrayLike, z: ArrayLike
+) -> np.ndarray: ...
+def jacobian(
+    system: Linear | RotatingBeam | Model | Called, t: ArrayLike, z: ArrayLike
+) -> np.ndarray | None: ...
 def methods() -> list[dict[str, Any]]: ...
 def integrate(
     system: Linear | RotatingBeam | Model | Called,
@@ -148,14 +156,15 @@ class Called:
     def __new__(
         cls,
         kind: str,
-        function: Callable[..., Any],
-        len: int,
-        writes: bool,
+        functions: dict[str, dict[str, Any]],
         matrix: ArrayLike | None = None,
-        velocity: Callable[..., Any] | None = None,
+        inverse: ArrayLike | None = None,
     ) -> Called: ...
+    @staticmethod
+    def about(system: Linear | RotatingBeam | Model | Called, matrix: ArrayLike) -> Called: ...
     @property
     def size(self) -> int: ...
+    def values(self, part: str, t: ArrayLike, z: ArrayLike) -> np.ndarray: ...
 
 @final
 class Model:

@@ -1,47 +1,64 @@
-"""Nonlinear systems given as Python functions."""
-
-import inspect
+"""Nonlinear systems given as functions."""
 
 import numpy as np
 
 from spim import _core
 from spim._arrays import cholesky, finite, matrix, symmetric
+from spim._calls import given, is_compiled, times_and_states
 from spim._core import UnsupportedError
+from spim._linearize import linearize, stepped
 from spim._systems import System
 
 EXPLICIT = "yoshida6", "explicit, symplectic: the system is separable"
 IMPLICIT = "gauss8", "implicit, symplectic"
+GENERAL = "gauss8", "implicit, symmetric"
 EXPONENTIAL = "lawson_gauss6", "along the exact linear flow; symplectic if the parts are"
-
-
-def _writes(name, function):
-    """Whether ``f(t, x, out)`` writes its result, or ``f(t, x)`` returns it."""
-    if not callable(function):
-        raise TypeError(f"{name}: must be a function f(t, x), got {type(function).__name__}")
-    try:
-        parameters = inspect.signature(function).parameters.values()
-    except (TypeError, ValueError):
-        return False
-    kinds = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
-    return sum(p.kind in kinds and p.default is p.empty for p in parameters) >= 3
 
 
 class _Called(System):
     """A system of functions; the core makes it anew for each process."""
 
-    _energy = None
+    _kind = ""
+    _inverse = None
+    # What makes the system anew where its functions cannot be pickled.
+    _recipe = None
+
+    def _take(self, functions, linear=None, args=(), vectorized=False):
+        """Keeps functions: part -> (function, components given, shape of the result)."""
+        if not isinstance(args, tuple):
+            raise TypeError(f"args: must be a tuple, got {type(args).__name__}")
+        self._functions = {
+            part: given(part, function, inputs, outputs, args=args, vectorized=bool(vectorized))
+            for part, (function, inputs, outputs) in functions.items()
+            if function is not None
+        }
+        for part in ("hessian", "jacobian"):
+            # Of one state in any case.
+            if part in self._functions:
+                self._functions[part]["vectorized"] = False
+        self._linear_part = linear
 
     def __getstate__(self):
         return {name: value for name, value in self.__dict__.items() if name != "_made"}
 
+    def __reduce__(self):
+        if self._recipe is not None:
+            return self._recipe
+        return super().__reduce__()
+
     @property
     def _core(self):
         if "_made" not in self.__dict__:
-            self._made = _core.Called(*self._arguments())
+            self._made = _core.Called(self._kind, self._functions, self._linear_part, self._inverse)
         return self._made
 
     def _matrices(self):
         """None of a linear structure's."""
+
+    def rate(self, z, t=0.0):
+        """``z'`` of states, (..., m) -> (..., m)."""
+        times, states, shape = times_and_states(z, t, self.size)
+        return _core.rates(self._core, times, states).reshape(*shape, self.size)
 
     def energy(self, z, t=0.0):
         """Energy of states, (..., m) -> (...).
@@ -51,18 +68,78 @@ class _Called(System):
         UnsupportedError
             The system was made without a function for it.
         """
-        if self._energy is None:
+        if not self._has_energy:
             raise UnsupportedError(f"{type(self).__name__}: no energy was given")
-        z = np.asarray(z, float)
-        if not z.ndim or z.shape[-1] != self.size:
-            raise ValueError(f"z: must have shape (..., {self.size}), got {z.shape}")
-        times = np.broadcast_to(np.asarray(t, float), z.shape[:-1]).ravel()
-        states = z.reshape(-1, self.size)
-        found = [self._energy_of(float(t), x) for t, x in zip(times, states, strict=True)]
-        return np.array(found, float).reshape(z.shape[:-1])
+        times, states, shape = times_and_states(z, t, self.size)
+        return self._energies(times, states).reshape(shape)
+
+    @property
+    def _has_energy(self):
+        return "potential" in self._functions
+
+    def _values(self, part, times, states):
+        return self._core.values(part, times, np.ascontiguousarray(states))[:, 0]
 
     def __repr__(self):
         return f"{type(self).__name__}({self.size} states)"
+
+
+def _dof(dof, name="dof"):
+    if isinstance(dof, bool) or not isinstance(dof, int | np.integer) or dof < 1:
+        raise ValueError(f"{name}: must be a positive whole number, got {dof!r}")
+    return int(dof)
+
+
+class FlowSystem(_Called):
+    """``z' = rate(t, z)``: any system, of which no more is known.
+
+    Parameters
+    ----------
+    size : int
+        Length m of the state.
+    rate : callable or compiled function
+        ``rate(t, z) -> (m,)``, or ``rate(t, z, out)``; see the notes.
+    jacobian : callable or compiled function, optional
+        ``jacobian(t, z) -> (m, m)``, row by row where it is compiled.
+    linear : array_like (m, m), optional
+        A constant part of the Jacobian, which implicit methods solve for within their iterations:
+        it says how fast they converge, not what they converge to.
+    args : tuple
+        What Python functions are given after ``t, z``, or ``t, z, out``.
+    vectorized : bool
+        Functions (but Jacobians and Hessians) take many states at once: t (k,), z (m, k) -> (m, k).
+        Implicit methods then make one call an iteration, of the stages alone. k differs from call
+        to call.
+
+    Notes
+    -----
+    Functions of all systems may be
+
+    - Python's; whether they return or write their result is told by their signature, once. Arrays
+      they are given are theirs to keep and to change;
+    - compiled: what ``@numba.cfunc(spim.cfunc_signature())`` makes, a ``scipy.LowLevelCallable``
+      (with its user data), or a ctypes pointer with ``argtypes``. The signature
+      ``void(double t, double* z, double* out)``, or of eight states as `cfunc_signature` has it, is
+      checked; a pair is a function of one state and one of eight. They are kept alive with the
+      system and called without the interpreter.
+
+    Exceptions reach the caller of `integrate` as they are. A result that is not finite is a
+    `ModelError`.
+    """
+
+    _kind = "flow"
+    _preferred = GENERAL
+
+    def __init__(self, size, rate, *, jacobian=None, linear=None, args=(), vectorized=False):
+        m = self._size = _dof(size, "size")
+        linear = None if linear is None else matrix("linear", linear, m)
+        functions = {"rate": (rate, m, (m,)), "jacobian": (jacobian, m, (m, m))}
+        self._take(functions, linear, args, vectorized)
+
+    @property
+    def size(self):
+        """Length m of the state."""
+        return self._size
 
 
 class HamiltonianSystem(_Called):
@@ -72,10 +149,18 @@ class HamiltonianSystem(_Called):
     ----------
     dof : int
         n.
-    gradient : callable
-        ``gradient(t, z) -> (2 n,)``, or ``gradient(t, z, out)``: dH/dz of ``z = [q; p]``.
-    hamiltonian : callable, optional
-        ``hamiltonian(t, z) -> float``, for ``solution.energy``.
+    gradient : callable or compiled function
+        ``gradient(t, z) -> (2 n,)``, or ``gradient(t, z, out)``: dH/dz of ``z = [q; p]``. Functions
+        may be compiled; see `FlowSystem`.
+    hamiltonian : callable or compiled function, optional
+        ``hamiltonian(t, z) -> float``, for ``solution.energy``; compiled, it writes ``out[0]``.
+    hessian : callable or compiled function, optional
+        ``hessian(t, z) -> (2 n, 2 n)``: d2H/dz2, for implicit steps that need it, and `linearize`.
+    linear : array_like (2 n, 2 n), optional
+        A constant part of the rates' Jacobian, which implicit methods solve for within their
+        iterations.
+    args, vectorized
+        As in `FlowSystem`.
 
     Examples
     --------
@@ -91,24 +176,41 @@ class HamiltonianSystem(_Called):
     True
     """
 
+    _kind = "hamiltonian"
     _preferred = IMPLICIT
 
-    def __init__(self, dof, gradient, *, hamiltonian=None):
-        if isinstance(dof, bool) or not isinstance(dof, int | np.integer) or dof < 1:
-            raise ValueError(f"dof: must be a positive whole number, got {dof!r}")
-        self._dof, self._gradient, self._energy = int(dof), gradient, hamiltonian
-        self._in_place = _writes("gradient", gradient)
+    def __init__(
+        self,
+        dof,
+        gradient,
+        *,
+        hamiltonian=None,
+        hessian=None,
+        linear=None,
+        args=(),
+        vectorized=False,
+    ):
+        self._dof = _dof(dof)
+        m = self.size
+        linear = None if linear is None else matrix("linear", linear, m)
+        functions = {
+            "gradient": (gradient, m, (m,)),
+            "hamiltonian": (hamiltonian, m, (1,)),
+            "hessian": (hessian, m, (m, m)),
+        }
+        self._take(functions, linear, args, vectorized)
 
     @property
     def size(self):
         """Length 2 n of the state."""
         return 2 * self._dof
 
-    def _arguments(self):
-        return "hamiltonian", self._gradient, self.size, self._in_place
+    @property
+    def _has_energy(self):
+        return "hamiltonian" in self._functions
 
-    def _energy_of(self, t, z):
-        return self._energy(t, z)
+    def _energies(self, times, states):
+        return self._values("hamiltonian", times, states)
 
 
 class SeparableSystem(_Called):
@@ -116,26 +218,37 @@ class SeparableSystem(_Called):
 
     Parameters
     ----------
-    force : callable
-        ``force(t, q) -> (n,)``, or ``force(t, q, out)``.
+    force : callable or compiled function
+        ``force(t, q) -> (n,)``, or ``force(t, q, out)``. Functions may be compiled; see
+        `FlowSystem`.
     mass : array_like (n,) or (n, n), optional
         Masses, or a symmetric positive definite matrix.
-    velocity : callable, optional
-        ``velocity(p) -> (n,)`` instead.
+    velocity : callable or compiled function, optional
+        ``velocity(p) -> (n,)`` instead; compiled, ``velocity(t, p, out)``.
     dof : int, optional
         n, where `velocity` is given.
-    potential : callable, optional
+    potential : callable or compiled function, optional
         ``potential(t, q) -> float``; with masses, for ``solution.energy``.
+    args, vectorized
+        As in `FlowSystem`. A vectorised `velocity` takes p (n, k).
     """
 
+    _kind = "separable"
     _preferred = EXPLICIT
 
-    def __init__(self, force, *, mass=None, velocity=None, dof=None, potential=None):
+    def __init__(
+        self,
+        force,
+        *,
+        mass=None,
+        velocity=None,
+        dof=None,
+        potential=None,
+        args=(),
+        vectorized=False,
+    ):
         if (mass is None) == (velocity is None):
             raise TypeError("a separable system needs either mass= or velocity=")
-        self._in_place = _writes("force", force)
-        self._force, self._velocity, self._energy = force, velocity, potential
-        self._inverse = None
         if mass is not None:
             if np.ndim(mass) == 1:
                 mass = np.diag(finite("mass", mass))
@@ -143,32 +256,38 @@ class SeparableSystem(_Called):
             cholesky("mass", M)
             self._dof, self._inverse = len(M), np.linalg.inv(M)
         else:
-            if isinstance(dof, bool) or not isinstance(dof, int | np.integer) or dof < 1:
-                raise ValueError(f"dof: must be a positive whole number, got {dof!r}")
-            if not callable(velocity):
-                raise TypeError("velocity: must be a function of p")
+            self._dof = _dof(dof)
             if potential is not None:
                 raise TypeError("potential: needs mass=, which gives the kinetic energy")
-            self._dof = int(dof)
+        n = self._dof
+        if callable(velocity) and not is_compiled("velocity", velocity):
+            velocity = _Velocity(velocity)
+        functions = {
+            "force": (force, n, (n,)),
+            "velocity": (velocity, n, (n,)),
+            "potential": (potential, n, (1,)),
+        }
+        self._take(functions, None, args, vectorized)
 
     @property
     def size(self):
         """Length 2 n of the state."""
         return 2 * self._dof
 
-    def _arguments(self):
-        velocity = None
-        if self._velocity is not None:
-            function = self._velocity
+    def _energies(self, times, states):
+        q, p = states[:, : self._dof], states[:, self._dof :]
+        kinetic = 0.5 * np.einsum("ki,ij,kj->k", p, self._inverse, p)
+        return kinetic + self._values("potential", times, q)
 
-            def velocity(_, p):
-                return function(p)
 
-        return "separable", self._force, self._dof, self._in_place, self._inverse, velocity
+class _Velocity:
+    """A Python function of momenta as one of time and momenta."""
 
-    def _energy_of(self, t, z):
-        q, p = z[: self._dof], z[self._dof :]
-        return 0.5 * p @ self._inverse @ p + self._energy(t, q)
+    def __init__(self, function):
+        self.function = function
+
+    def __call__(self, t, p, *args):
+        return self.function(p, *args)
 
 
 class SemilinearSystem(_Called):
@@ -177,29 +296,96 @@ class SemilinearSystem(_Called):
     Parameters
     ----------
     A : array_like (m, m)
-    nonlinear : callable
-        ``nonlinear(t, z) -> (m,)``, or ``nonlinear(t, z, out)``.
-    potential : callable, optional
+    nonlinear : callable or compiled function
+        ``nonlinear(t, z) -> (m,)``, or ``nonlinear(t, z, out)``. Functions may be compiled; see
+        `FlowSystem`.
+    jacobian : callable or compiled function, optional
+        ``jacobian(t, z) -> (m, m)`` of the nonlinear part.
+    potential : callable or compiled function, optional
         ``potential(t, z) -> float``, whose canonical gradient the nonlinear part is; with a
         Hamiltonian A, for ``solution.energy``.
+    args, vectorized
+        As in `FlowSystem`.
     """
 
+    _kind = "semilinear"
     _preferred = EXPONENTIAL
 
-    def __init__(self, A, nonlinear, *, potential=None):
+    def __init__(self, A, nonlinear, *, jacobian=None, potential=None, args=(), vectorized=False):
         self._linear = _core.Linear(A)
-        self._in_place = _writes("nonlinear", nonlinear)
-        self._nonlinear, self._energy = nonlinear, potential
+        m = self.size
         if potential is not None and not self._linear.hamiltonian:
             raise ValueError("potential: A is not Hamiltonian, so that there is no energy")
+        functions = {
+            "nonlinear": (nonlinear, m, (m,)),
+            "jacobian": (jacobian, m, (m, m)),
+            "potential": (potential, m, (1,)),
+        }
+        self._take(functions, self._linear.A, args, vectorized)
+
+    @classmethod
+    def about(cls, system, z0, t=0.0):
+        """Any system, split at its linearisation at a state: for methods that need a linear part.
+
+        Parameters
+        ----------
+        system : System
+            Without a load.
+        z0 : array_like (m,)
+            The state; an equilibrium, as a rule.
+        t : float
+
+        Returns
+        -------
+        SemilinearSystem
+            The same motion and energy; ``linear`` is ``spim.linearize(system, z0, t)``. What is
+            left, ``z' - A z``, is rounded once, so that it is as exact as ``z'``; a remainder in
+            closed form, as `SemilinearSystem` takes, is more exact near the origin.
+
+        Raises
+        ------
+        UnsupportedError
+            A system with a load, or a beam with damping, which steps more than its state.
+        """
+        return _About(system, z0, t)
+
+    @property
+    def linear(self):
+        """The linear part A, (m, m)."""
+        return self._linear.A
 
     @property
     def size(self):
         """Length m of the state."""
         return len(self._linear.A)
 
-    def _arguments(self):
-        return "semilinear", self._nonlinear, self.size, self._in_place, self._linear.A
+    def _energies(self, times, states):
+        return self._linear.energy(states) + self._values("potential", times, states)
 
-    def _energy_of(self, t, z):
-        return float(self._linear.energy(z)) + self._energy(t, z)
+
+class _About(SemilinearSystem):
+    """See `SemilinearSystem.about`."""
+
+    def __init__(self, system, z0, t):
+        A = linearize(system, z0, t)
+        if system.load is not None or stepped(system) != system.size:
+            raise UnsupportedError(
+                f"about: {type(system).__name__} has a load, or steps accounts along with its "
+                "state; leave damping and loads out"
+            )
+        self._linear, self._functions, self._system = _core.Linear(A), {}, system
+
+    @property
+    def _core(self):
+        if "_made" not in self.__dict__:
+            self._made = _core.Called.about(self._system._core, self._linear.A)
+        return self._made
+
+    def __repr__(self):
+        return f"SemilinearSystem({self.size} states, about one of {self._system!r})"
+
+    def energy(self, z, t=0.0):
+        """Energy of states, as the system that was split has it."""
+        if isinstance(self._system, _Called):
+            return self._system.energy(z, t)
+        return self._system.energy(z)

@@ -29,8 +29,9 @@ def integrate(
 
     Parameters
     ----------
-    system : LinearSystem or models.RotatingBeam
-        What to integrate, ``z = [q; p]``.
+    system : System
+        What to integrate, ``z = [q; p]``: a `LinearSystem`, one of functions such as
+        `HamiltonianSystem`, a model of ``spim.models``.
     z0 : array_like (m,)
         State at ``t_span[0]``.
     t_span : (float, float)

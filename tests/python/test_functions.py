@@ -113,7 +113,7 @@ def test_events_of_a_run_are_those_of_the_caller():
     ("result", "error", "words"),
     [
         ([1.0], ValueError, "gradient: must give 2 numbers"),
-        ([np.nan, 1.0], ValueError, r"gradient at t = 0: entry \(0\) is nan"),
+        ([np.nan, 1.0], spim.ModelError, "gradient: component 0 is nan at t = 0"),
         (["a", "b"], TypeError, "gradient: needs an array of numbers"),
         (None, TypeError, "gradient"),
         ([1j, 0.0], TypeError, "gradient"),

@@ -99,7 +99,8 @@ pub trait Stepper<S: ?Sized>: Send {
         work: &mut Work,
     ) -> Result<()> {
         for (k, row) in (k..).zip(rows.chunks_exact_mut(state.z.len())) {
-            self.step(system, k, clock.t(k), state, work)?;
+            let stepped = self.step(system, k, clock.t(k), state, work);
+            stepped.map_err(|error| error.in_step(k))?;
             row.copy_from_slice(&state.z);
             *done += 1;
         }
@@ -167,7 +168,8 @@ impl<M: Stepper<S>, S: ?Sized + Send + Sync> Step for Bound<M, S> {
         self.method.carried_len()
     }
     fn step(&mut self, k: u64, t: f64, state: &mut State) -> Result<()> {
-        self.method.step(&self.system, k, t, state, &mut self.work)
+        let stepped = self.method.step(&self.system, k, t, state, &mut self.work);
+        stepped.map_err(|error| error.in_step(k))
     }
     fn fill(
         &mut self,

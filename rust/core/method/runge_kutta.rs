@@ -102,6 +102,9 @@ impl RungeKutta {
         }
         let m = z.len();
         let t = t + 0.5 * self.h;
+        if system.jacobian(t, z, &mut self.jacobian)? {
+            return Ok(());
+        }
         system.rate(t, z, &mut self.known)?;
         self.stage.copy_from_slice(z);
         let size = z.iter().fold(0.0_f64, |size, x| size.max(x.abs()));

@@ -86,7 +86,14 @@ impl<F: Formula> Flow for F {
         Formula::rate(self, Pack(t), singles(z), singles_mut(f));
         Ok(())
     }
-    fn rates(&self, t: &[Eight], z: &[Eight], f: &mut [Eight], _: &mut [f64]) -> Result<()> {
+    fn rates(
+        &self,
+        t: &[Eight],
+        z: &[Eight],
+        f: &mut [Eight],
+        _: usize,
+        _: &mut [f64],
+    ) -> Result<()> {
         dispatch(Sweep { model: self, t, z, f });
         Ok(())
     }

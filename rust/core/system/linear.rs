@@ -108,6 +108,11 @@ impl Flow for Linear {
         Some(self.matrix())
     }
 
+    fn jacobian(&self, _t: f64, _z: &[f64], out: &mut [f64]) -> Result<bool> {
+        out.copy_from_slice(&self.a);
+        Ok(true)
+    }
+
     fn rate(&self, t: f64, z: &[f64], f: &mut [f64]) -> Result<()> {
         match &self.load {
             Some(load) => load.value(t, f)?,

@@ -1,5 +1,6 @@
 //! What can be integrated.
 
+mod about;
 mod formula;
 mod linear;
 mod load;
@@ -9,6 +10,7 @@ mod structural;
 
 use std::sync::Arc;
 
+pub use about::About;
 pub use formula::{Formula, Parts, SplitFormula, split_rate};
 pub use linear::Linear;
 pub use load::{Generator, Load, Record};
@@ -39,18 +41,25 @@ pub trait Flow: Send + Sync {
     /// What the system reports, a user's exception as [`Error::Callback`](crate::Error::Callback).
     fn rate(&self, t: f64, z: &[f64], f: &mut [f64]) -> Result<()>;
 
-    /// The rates of many states at once, in blocks of eight: one [`Eight`] of times a block, then
-    /// `len` of components. Lanes that are not wanted hold a valid state.
+    /// The rates of `count` states at once, in blocks of eight: one [`Eight`] of times a block, then
+    /// `len` of components. Lanes beyond hold a valid state; their rates may stay as they are.
     ///
     /// # Errors
     /// As [`rate`](Self::rate).
-    fn rates(&self, t: &[Eight], z: &[Eight], f: &mut [Eight], scratch: &mut [f64]) -> Result<()> {
+    fn rates(
+        &self,
+        t: &[Eight],
+        z: &[Eight],
+        f: &mut [Eight],
+        count: usize,
+        scratch: &mut [f64],
+    ) -> Result<()> {
         let len = self.len();
         let (state, rate) = scratch[..2 * len].split_at_mut(len);
         for (block, t) in t.iter().enumerate() {
             let z = &doubles(z)[8 * len * block..][..8 * len];
             let f = &mut doubles_mut(f)[8 * len * block..][..8 * len];
-            for (lane, t) in t.0.iter().enumerate() {
+            for (lane, t) in t.0.iter().enumerate().take(count.saturating_sub(8 * block)) {
                 for (component, x) in state.iter_mut().enumerate() {
                     *x = z[8 * component + lane];
                 }
@@ -72,6 +81,14 @@ pub trait Flow: Send + Sync {
     /// iterations: it says how fast they converge, never what they converge to.
     fn linear(&self) -> Option<&[f64]> {
         None
+    }
+
+    /// The Jacobian of the rates, row by row; false where the system does not know it.
+    ///
+    /// # Errors
+    /// As [`rate`](Self::rate).
+    fn jacobian(&self, _t: f64, _z: &[f64], _out: &mut [f64]) -> Result<bool> {
+        Ok(false)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Between NumPy arrays and slices: the only place that touches the memory of arrays.
 
-use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
+use numpy::{PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyMemoryError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -186,4 +186,56 @@ pub fn count(name: &str, given: &Bound<'_, PyAny>) -> PyResult<u64> {
     index
         .extract()
         .map_err(|_| PyValueError::new_err(format!("{name}: {index} is too large a number")))
+}
+
+/// An array that is handed to Python code again and again, as long as nobody keeps it.
+pub struct Kept {
+    array: Py<PyAny>,
+    shape: Vec<usize>,
+}
+
+impl Kept {
+    /// A new one; entries are written before each use.
+    pub fn new(py: Python<'_>, shape: &[usize]) -> PyResult<Kept> {
+        Ok(Kept { array: empty(py, shape)?.into_any().unbind(), shape: shape.to_vec() })
+    }
+
+    /// The array.
+    pub fn array<'a, 'py>(&'a self, py: Python<'py>) -> &'a Bound<'py, PyAny> {
+        self.array.bind(py)
+    }
+
+    fn doubles<'a, 'py>(&'a self, py: Python<'py>) -> &'a Doubles<'py> {
+        // SAFETY: made by `empty`; that it still holds doubles is checked before they are touched.
+        unsafe { self.array.bind(py).cast_unchecked() }
+    }
+
+    /// Whether memory, type and shape are what they were: Python code can change all of them.
+    fn is_intact(&self, py: Python<'_>) -> bool {
+        let array = self.doubles(py);
+        array.shape() == self.shape
+            && array.is_c_contiguous()
+            && array.dtype().is_equiv_to(&numpy::dtype::<f64>(py))
+    }
+
+    /// Whether the next call may have it: nobody else does, and it is as it was made.
+    pub fn is_free(&self, py: Python<'_>) -> bool {
+        // SAFETY: a living array, and a living object.
+        let (flags, holders) = unsafe {
+            let array = self.doubles(py).as_array_ptr();
+            ((*array).fields.flags, pyo3::ffi::Py_REFCNT(self.array.as_ptr()))
+        };
+        holders == 1 && flags & numpy::npyffi::NPY_ARRAY_WRITEABLE != 0 && self.is_intact(py)
+    }
+
+    /// The numbers, if the array is still what it was.
+    pub fn numbers<'a>(&'a self, py: Python<'a>) -> Option<&'a [f64]> {
+        self.is_intact(py).then(|| slice(self.doubles(py)))
+    }
+
+    /// The memory, of an array that is new or free.
+    #[allow(clippy::mut_from_ref)] // as `slice_mut`
+    pub fn slice_mut<'a>(&'a self, py: Python<'a>) -> &'a mut [f64] {
+        slice_mut(self.doubles(py))
+    }
 }

@@ -128,7 +128,7 @@ pub fn integrate<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let py = system.py();
     let info = method::find(method).map_err(to_python)?;
-    let problem = problem_of(system, matrices, load, info)?;
+    let problem = problem_of(system, matrices, load, Some(info))?;
     let m = problem.flow().len();
     let z0 = real("z0", z0)?;
     if z0.shape() != [m] {
@@ -188,7 +188,10 @@ pub fn integrate<'py>(
         last.truncate(m);
         Ok((outcome, method.work(), method.choice().to_string(), last))
     };
-    let (outcome, work, choice, last) = py.detach(|| guarded(run))?.map_err(to_python)?;
+    // Functions in Python need the interpreter at every call: taking it each time costs as much as the call.
+    let python = system.cast::<Called>().is_ok_and(|called| called.get().is_python());
+    let ran = if python { guarded(run)? } else { py.detach(|| guarded(run))? };
+    let (outcome, work, choice, last) = ran.map_err(to_python)?;
     let result = PyDict::new(py);
     result.set_item("t", convert::first_rows(&t, outcome.rows)?)?;
     result.set_item("z", convert::first_rows(&z, outcome.rows)?)?;
@@ -215,12 +218,12 @@ pub fn integrate<'py>(
     Ok(result)
 }
 
-/// The system as methods see it, under its load.
-fn problem_of(
+/// The system as methods see it, under its load, which depends on the method.
+pub fn problem_of(
     system: &Bound<'_, PyAny>,
     matrices: Option<Matrices<'_>>,
     load: Option<&Bound<'_, PyAny>>,
-    info: &MethodInfo,
+    info: Option<&MethodInfo>,
 ) -> PyResult<Problem> {
     if let Ok(beam) = system.cast::<RotatingBeam>() {
         return Ok(Problem::Beam(beam.get().beam.clone()));
@@ -234,8 +237,8 @@ fn problem_of(
     let mut linear = system.cast::<Linear>()?.get().system.clone();
     if let Some(load) = load {
         // Impulses are of exponential steps alone.
-        let (load, generator) = match info.needs {
-            needs if needs.is_exponential() => Acting::of_steps(load)?,
+        let (load, generator) = match info {
+            Some(info) if info.needs.is_exponential() => Acting::of_steps(load)?,
             _ => (Acting::of_values(load), Generator::default()),
         };
         linear = Arc::new(linear.with_load(Arc::new(load), generator).map_err(to_python)?);
@@ -265,6 +268,8 @@ pub fn grid(t0: f64, t1: f64, step: f64) -> PyResult<(f64, u64, bool)> {
 fn look(progress: Option<&Py<PyAny>>, step: u64, clock: &Clock, t: f64) -> spim::Result<()> {
     Python::attach(|py| {
         py.check_signals()?;
+        // Where a run holds the interpreter, others get it now.
+        py.detach(|| ());
         if let Some(progress) = progress {
             progress.call1(py, (step as f64 / clock.steps as f64, t))?;
         }

@@ -24,7 +24,7 @@ mod _core {
     #[pymodule_export]
     use super::beam::RotatingBeam;
     #[pymodule_export]
-    use super::callback::Called;
+    use super::callback::{Called, jacobian, rates};
     #[pymodule_export]
     use super::error::{
         ConvergenceError, InternalError, ModelError, PrecisionWarning, SingularMatrixError,

@@ -133,7 +133,7 @@ impl Gauss {
     /// Rates at all stages.
     fn sweep(&mut self, system: &dyn Flow, work: &mut Work) -> Result<()> {
         work.evaluations += self.s as u64;
-        system.rates(&self.times, &self.stages, &mut self.rates, &mut self.scratch)
+        system.rates(&self.times, &self.stages, &mut self.rates, self.s, &mut self.scratch)
     }
 
     /// Takes rates for what they are, and goes one iteration on; the change, in parts of the state.
@@ -187,13 +187,18 @@ impl Gauss {
         Ok(())
     }
 
-    /// Takes the Jacobian at the start of the step for the linear part.
+    /// Takes the Jacobian at the start of the step for the linear part; by differences where the
+    /// system does not know it.
     fn differentiate(&mut self, system: &dyn Flow, t: f64, work: &mut Work) -> Result<()> {
         let m = self.z.len();
         let t = t + 0.5 * self.h;
         // The Jacobian, then a rate and another.
         self.slopes.resize(m * m + 2 * m, 0.0);
         let (jacobian, rates) = self.slopes.split_at_mut(m * m);
+        if system.jacobian(t, &self.z, jacobian)? {
+            self.part.renew(&self.table, self.h, &self.slopes[..m * m], m);
+            return Ok(());
+        }
         let (known, moved) = rates.split_at_mut(m);
         system.rate(t, &self.z, known)?;
         let size = self.z.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
