@@ -15,7 +15,7 @@ pub struct Kepler {
 /// With mu.
 ///
 /// # Errors
-/// [`Error::Argument`] for a number that is not positive.
+/// [`Error::Argument`](crate::Error::Argument) for a number that is not positive.
 pub fn make(parameters: &[f64]) -> Result<Native> {
     let [mu] = positive(["mu"], parameters)?;
     Ok(separable(Kepler { mu }))

@@ -12,6 +12,7 @@ use crate::linalg::kernel::{
 ///
 /// Methods of a model that take a [`Pack`] must be `#[inline(always)]`, as those of a [`Body`] must.
 /// Where a state is outside what the model describes, they give what is not a number.
+#[allow(clippy::len_without_is_empty)] // of models, which are never empty
 pub trait Formula: Send + Sync {
     /// Length of the state `[q; p]`.
     fn len(&self) -> usize;

@@ -48,7 +48,8 @@ impl<V: Lanes> Pack<V> {
     #[inline(always)]
     pub fn sin_cos(self) -> (Self, Self) {
         let x = self;
-        if !(x.abs().largest() <= FAR) {
+        let near = x.abs().largest() <= FAR;
+        if !near {
             return far(x);
         }
         let turns = (x * std::f64::consts::FRAC_2_PI + TO_WHOLE) - TO_WHOLE;

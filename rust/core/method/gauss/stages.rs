@@ -196,7 +196,7 @@ impl Gauss {
         self.slopes.resize(m * m + 2 * m, 0.0);
         let (jacobian, rates) = self.slopes.split_at_mut(m * m);
         if system.jacobian(t, &self.z, jacobian)? {
-            self.part.renew(&self.table, self.h, &self.slopes[..m * m], m);
+            self.part.renew(self.columns, self.h, &self.slopes[..m * m], m);
             return Ok(());
         }
         let (known, moved) = rates.split_at_mut(m);
