@@ -16,6 +16,7 @@ mod options;
 mod rk4;
 mod runge_kutta;
 mod spim_nonlinear;
+mod turn;
 mod two_term;
 
 use std::sync::Arc;
@@ -280,6 +281,8 @@ pub const METHODS: &[&MethodInfo] = &[
     &lawson::LAWSON_GAUSS4,
     &lawson::LAWSON_GAUSS6,
     &lawson::LAWSON_GAUSS8,
+    &lawson::LAWSON_GAUSS12,
+    &lawson::LAWSON_GAUSS16,
     &composition::VERLET,
     &composition::YOSHIDA4,
     &composition::YOSHIDA6,

@@ -450,13 +450,13 @@ impl<const S: usize, const B: usize> Body for Correct<'_, S, B> {
 
 /// The packs of as many blocks.
 #[inline(always)]
-fn blocks<V: Lanes, const B: usize>(memory: &[Eight]) -> [Pack<V>; B] {
+pub fn blocks<V: Lanes, const B: usize>(memory: &[Eight]) -> [Pack<V>; B] {
     *packs::<V>(memory).first_chunk().expect("a pack a block")
 }
 
 /// `sum of columns_j x_j` for component d, in two chains a block so that additions overlap.
 #[inline(always)]
-fn stage_sums<V: Lanes, const S: usize, const B: usize>(
+pub fn stage_sums<V: Lanes, const S: usize, const B: usize>(
     columns: &[Eight],
     x: &[Eight],
     m: usize,
