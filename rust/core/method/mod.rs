@@ -6,6 +6,7 @@
 
 mod common;
 mod composition;
+mod eavf;
 mod gauss;
 mod lawson;
 mod linear;
@@ -15,7 +16,9 @@ mod newmark;
 mod options;
 mod rk4;
 mod runge_kutta;
+mod spim_fitted;
 mod spim_nonlinear;
+mod splitting;
 mod turn;
 mod two_term;
 
@@ -28,7 +31,7 @@ use crate::error::{Error, Result};
 use crate::linalg::dense::Watch;
 use crate::linalg::kernel::Eight;
 use crate::propagate::Clock;
-use crate::system::{Flow, Problem};
+use crate::system::{Flow, Linear, Problem, SemiLinear};
 
 /// All that changes from step to step. A copy of it is a checkpoint.
 #[derive(Clone, Debug, PartialEq)]
@@ -236,6 +239,10 @@ pub enum Needs {
     Modes,
     /// `z' = A z + F(z, t)`.
     SemiLinear,
+    /// The same with a Hamiltonian A.
+    Canonical,
+    /// `z' = A z + (0, f(q, t))`.
+    Potential,
     /// `q' = v(p)`, `p' = f(t, q)`.
     Split,
     /// A free linear system `q' = P p`, `p' = R q` with symmetric matrices.
@@ -255,6 +262,8 @@ impl Needs {
             Needs::Linear => "linear",
             Needs::Structural | Needs::Modes => "structure",
             Needs::SemiLinear => "semilinear",
+            Needs::Canonical => "canonical",
+            Needs::Potential => "potential",
             Needs::Split => "split",
             Needs::Separable => "separable",
         }
@@ -283,10 +292,18 @@ pub const METHODS: &[&MethodInfo] = &[
     &lawson::LAWSON_GAUSS8,
     &lawson::LAWSON_GAUSS12,
     &lawson::LAWSON_GAUSS16,
+    &eavf::EAVF,
+    &splitting::STRANG,
+    &splitting::MOLLIFIED_IMPULSE,
+    &splitting::MCLACHLAN84,
     &composition::VERLET,
     &composition::YOSHIDA4,
     &composition::YOSHIDA6,
     &composition::YOSHIDA8,
+    &composition::BLANES_MOAN4,
+    &composition::BLANES_MOAN6,
+    &composition::KAHAN_LI8,
+    &composition::SOFRONIOU_SPALETTA10,
     &gauss::GAUSS4,
     &gauss::GAUSS6,
     &gauss::GAUSS8,
@@ -335,6 +352,15 @@ pub fn build(
         Needs::SemiLinear => {
             (problem.semilinear().is_some(), "a semilinear system z' = A z + F(z, t)")
         }
+        Needs::Canonical => (
+            problem.semilinear().is_some_and(|system| has_energy(&*system)),
+            "a semilinear system z' = A z + F(z, t) with a Hamiltonian A (J A symmetric)",
+        ),
+        Needs::Potential => (
+            problem.semilinear().is_some_and(|system| system.is_force()),
+            "a system z' = A z + (0, f(q, t)) that says so: its remainder a force of the coordinates \
+             alone",
+        ),
         Needs::Modes => (
             problem.linear().is_some_and(|system| modal::is_decoupled(system)),
             "a structure, whose modes it finds, or a system in modal coordinates",
@@ -355,6 +381,12 @@ pub fn build(
         )));
     }
     (info.build)(problem, h, options, watch)
+}
+
+/// Whether the linear part is Hamiltonian.
+fn has_energy(system: &dyn SemiLinear) -> bool {
+    let made = Linear::new(system.len(), system.matrix().to_vec());
+    made.is_ok_and(|linear| linear.is_hamiltonian())
 }
 
 /// Binds a method that needs no more than a flow.
