@@ -7,7 +7,7 @@ import numpy as np
 from spim import _core
 from spim._arrays import cholesky, finite, matrix, symmetric
 from spim._core import UnsupportedError
-from spim._systems import System
+from spim._systems import System, fastest_of
 
 EXPLICIT = "yoshida6", "explicit, symplectic: the system is separable"
 IMPLICIT = "gauss8", "implicit, symplectic"
@@ -197,6 +197,9 @@ class SemilinearSystem(_Called):
     def size(self):
         """Length m of the state."""
         return len(self._linear.A)
+
+    def _fastest(self):
+        return fastest_of(self._linear.A)
 
     def _arguments(self):
         return "semilinear", self._nonlinear, self.size, self._in_place, self._linear.A

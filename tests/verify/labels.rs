@@ -147,7 +147,7 @@ fn the_order_is_the_measured_slope() {
         let (end, counts) = match order {
             ..=4 if is_split(info) => (2.0, [64, 96, 128, 192]),
             12 if is_split(info) => (8.0, [14, 16, 18, 20]),
-            16 if is_split(info) => (8.0, [7, 8, 10, 12]),
+            16 if is_split(info) => (8.0, [7, 8, 9, 11]),
             6.. if is_split(info) => (2.0, [12, 16, 20, 24]),
             10 if info.needs == Needs::Split => (2.0, [6, 7, 8, 9]),
             ..=4 => (2.0, [32, 48, 64, 96]),
@@ -173,10 +173,11 @@ fn the_order_is_the_measured_slope() {
             .map(|(pair, n)| (pair[0] / pair[1]).ln() / (n[1] as f64 / n[0] as f64).ln())
             .collect();
         if order == 16 && is_split(info) {
-            // In between, components that cross zero make the slope uneven.
+            // Components that cross zero make slopes uneven, and rounding is near; orders of
+            // symmetric methods are even.
             let n = counts.map(|n| n as f64);
             let slope = (errors[0] / errors[3]).ln() / (n[3] / n[0]).ln();
-            assert!((slope - 16.0).abs() <= 0.3, "{}: {slope} of {errors:?}", info.name);
+            assert!((slope - 16.0).abs() <= 0.5, "{}: {slope} of {errors:?}", info.name);
             continue;
         }
         if order > 16 {
@@ -219,6 +220,7 @@ fn energy_preserving_says_so_of_ten_thousand_steps() {
         // Far enough for a method of high order to show.
         let h = match (info.order, info.needs) {
             (Some(9..), _) if is_split(info) => 2.2,
+            (Some(9..), Needs::Split) => 0.8,
             (_, Needs::Split) => 0.3,
             _ if is_split(info) => 0.3,
             (Some(20..), _) => 4.0,

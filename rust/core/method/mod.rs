@@ -374,8 +374,15 @@ pub fn build(
         }
     };
     if !enough {
+        let more = match (problem, info.needs) {
+            (Problem::Beam(_), Needs::SemiLinear | Needs::Canonical) => {
+                "; a beam is one where its hub turns freely, joint locked, to first or zeroth order of \
+                 coupling, without gravity, damping and loads"
+            }
+            _ => "",
+        };
         return Err(Error::unsupported(format!(
-            "{}: needs {needed}, got {}",
+            "{}: needs {needed}, got {}{more}",
             info.name,
             problem.kind()
         )));
