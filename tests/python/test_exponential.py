@@ -31,7 +31,8 @@ def test_roundoff_is_an_option(method):
         spim.integrate(system, z0, (0.0, 5.0), 0.05, method=method, roundoff=roundoff).z[-1]
         for roundoff in ("minimal", "tolerance")
     ]
-    assert np.abs(ends[0] - ends[1]).max() <= 1e-14
+    # The same equations, solved to rounding and to somewhat more.
+    assert np.abs(ends[0] - ends[1]).max() <= 1e-13
     with pytest.raises(ValueError, match="roundoff"):
         spim.integrate(system, z0, (0.0, 5.0), 0.05, method=method, roundoff="none")
 
@@ -83,10 +84,9 @@ def test_a_semilinear_system_of_functions_warns_too():
 
 @pytest.mark.parametrize("method", ["strang", "mollified_impulse", "mclachlan84"])
 def test_splittings_refuse_remainders_of_momenta(method):
+    system, z0 = models.CompoundPendulum(), [0.1, 0.5, 0.0, 0.0]
     with pytest.raises(spim.UnsupportedError, match="force of the coordinates"):
-        spim.integrate(
-            models.CompoundPendulum(), [0.1, 0.5, 0.0, 0.0], (0.0, 1.0), 0.1, method=method
-        )
+        spim.integrate(system, z0, (0.0, 1.0), 0.01, method=method)
 
 
 def test_eavf_refuses_a_damped_linear_part():
@@ -113,7 +113,7 @@ def test_functions_for_the_remainder_have_their_order(method, approximation, ord
             ]
             - exact
         ).max()
-        for h in (0.0025, 0.00125)
+        for h in (0.00125, 0.000625)
     ]
     assert abs(np.log2(errors[0] / errors[1]) - order) <= 0.15
 
@@ -168,4 +168,4 @@ def test_exponential_methods_step_the_rotating_beam():
         length=4.0, section=section, elements=2, hub_inertia=10.0, joint_spring=100.0
     )
     with pytest.raises(spim.UnsupportedError, match="joint locked"):
-        spim.integrate(jointed, jointed.state(), (0.0, 1.0), 0.1, method="lawson_gauss4")
+        spim.integrate(jointed, jointed.state(), (0.0, 1.0), 1e-3, method="lawson_gauss4")

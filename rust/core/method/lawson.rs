@@ -216,7 +216,10 @@ impl LawsonGauss {
             in_vain = if change < least { 0 } else { in_vain + 1 };
             least = least.min(change);
             let at_rest = (rate >= 1.0 && change <= SMALL) || (in_vain >= 3 && change <= NOISE);
-            let near = self.ending == Ending::Tolerance && change * rate.min(1.0) <= ROUNDING;
+            // The first change has none before it to be compared with.
+            let near = self.ending == Ending::Tolerance
+                && iteration > 1
+                && change * rate.min(1.0) <= ROUNDING;
             if change == 0.0 || at_rest || near {
                 break;
             }

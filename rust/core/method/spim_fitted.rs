@@ -150,7 +150,15 @@ impl Fit {
         for (i, row) in work.iter_mut().enumerate().take(count) {
             row[count + i] = 1.0;
         }
-        if !reduce(&mut work, count) {
+        // What columns are of where they can be told apart.
+        let sizes = match self {
+            Fit::Polynomial(_) => [1.0; MOST],
+            Fit::Trigonometric(w) => {
+                let short = h.abs().min(1.0 / w);
+                [1.0, short, short * short, 1.0]
+            }
+        };
+        if !reduce(&mut work, count, sizes) {
             return Err(Error::argument(format!(
                 "approximation: a step of {h} cannot tell its functions apart; take another frequency \
                  or step"
@@ -170,7 +178,7 @@ impl Fit {
 }
 
 /// Gauss-Jordan elimination of `[M | I]`; whether there is an inverse.
-fn reduce(work: &mut [[f64; 2 * MOST]; MOST], count: usize) -> bool {
+fn reduce(work: &mut [[f64; 2 * MOST]; MOST], count: usize, sizes: [f64; MOST]) -> bool {
     for column in 0..count {
         let size = |row: &[f64; 2 * MOST]| row[column].abs();
         let mut pivot = column;
@@ -179,8 +187,8 @@ fn reduce(work: &mut [[f64; 2 * MOST]; MOST], count: usize) -> bool {
                 pivot = i;
             }
         }
-        let scale: f64 = work[..count].iter().map(size).fold(0.0, f64::max);
-        if !(size(&work[pivot]) > 1e-8 * scale && scale > 0.0) {
+        let pivot_size = size(&work[pivot]);
+        if pivot_size.is_nan() || pivot_size <= 1e-6 * sizes[column] {
             return false;
         }
         work.swap(column, pivot);
