@@ -7,7 +7,7 @@ from spim._arrays import cholesky, finite, matrix, symmetric
 from spim._calls import given, is_compiled, times_and_states
 from spim._core import UnsupportedError
 from spim._linearize import linearize, stepped
-from spim._systems import System
+from spim._systems import System, fastest_of
 
 EXPLICIT = "yoshida6", "explicit, symplectic: the system is separable"
 IMPLICIT = "gauss8", "implicit, symplectic"
@@ -361,6 +361,9 @@ class SemilinearSystem(_Called):
 
     def _energies(self, times, states):
         return self._linear.energy(states) + self._values("potential", times, states)
+
+    def _fastest(self):
+        return fastest_of(self._linear.A)
 
 
 class _About(SemilinearSystem):

@@ -18,7 +18,8 @@ class Method:
         Of the step on Hamiltonian systems.
     needs : str
         The structure it needs: "flow" (any system), "linear", "structure", "separable" (linear,
-        free and undamped), "split" (q' of p alone, p' of q alone) or "semilinear".
+        free and undamped), "split" (q' of p alone, p' of q alone), "semilinear", "canonical" (the
+        same with a Hamiltonian A) or "potential" (the same with forces of q alone).
     reproducible : str
         Where its results are the same bits.
     reference : str

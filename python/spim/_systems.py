@@ -1,12 +1,34 @@
 """Systems: what can be integrated."""
 
 import copy
+import warnings
 
 import numpy as np
 
 from spim import _core
 from spim._solution import Solution
 from spim.loads import Load
+
+# Methods whose steps resonate with fast oscillations, and the phase w h from which they can.
+RESONANT = "strang", "impulse", "deuflhard", "mclachlan84"
+RESONANCE_LIMIT = 2.0
+
+
+def resonance(method, fastest, step):
+    """What to say of a step that is too large for a method along a fast flow, or None."""
+    phase = fastest * abs(step)
+    if phase < RESONANCE_LIMIT or not (method in RESONANT or method.startswith("lawson_gauss")):
+        return None
+    return (
+        f"{method}: w_max h = {phase:.3g} is beyond {RESONANCE_LIMIT:g}: steps can resonate with "
+        "the fastest oscillations, near multiples of pi; take steps below "
+        f"{RESONANCE_LIMIT / fastest:.3g}, or mollified_impulse or eavf"
+    )
+
+
+def fastest_of(matrix):
+    """Largest frequency of a linear part."""
+    return float(np.abs(np.linalg.eigvals(matrix).imag).max())
 
 
 class System:
@@ -23,6 +45,13 @@ class System:
 
     def _warn_before(self, method, step):
         """Warns of a method that cannot be right with this step."""
+        words = resonance(method, self._fastest(), step)
+        if words is not None:
+            warnings.warn(words, stacklevel=3)
+
+    def _fastest(self):
+        """Largest frequency of a linear part beside a nonlinear one, 0 where there is none."""
+        return 0.0
 
     def _solution(self, run, options, shown):
         """What a run gives back."""

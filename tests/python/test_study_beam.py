@@ -69,3 +69,20 @@ def test_the_report_has_its_figures_and_numbers(tmp_path):
     for name in re.findall(r"\]\((\w[\w.-]*)\)", report):
         assert name in names
     assert "2.104e-5" in summary
+
+
+def test_exponential_methods_beat_srk2_at_its_own_step():
+    found = study.semilinear_runs()
+    at = study.SEMILINEAR_STEPS.index(1e-4)
+    errors = {method: errors[at] for method, (errors, _) in found.items()}
+    for method in ("spim_explicit", "spim_pc", "spim_implicit", "lawson_gauss2"):
+        assert errors[method] <= 0.1 * errors["srk2"], method
+    for method, limit in {
+        "lawson_gauss4": 1e-6,
+        "lawson_gauss6": 1e-9,
+        "lawson_gauss8": 1e-12,
+    }.items():
+        assert errors[method] <= limit, method
+    for method, order in {"spim_pc": 2, "spim_implicit": 2, "lawson_gauss4": 4}.items():
+        coarse, fine = found[method][0][1:3]
+        assert abs(np.log2(coarse / fine) - order) <= 0.15, method

@@ -113,3 +113,13 @@ def test_the_report_has_its_figures_and_numbers(tmp_path):
     assert "$" not in report
     for name in re.findall(r"\]\((\w[\w.-]*)\)", report):
         assert name in names
+
+
+def test_fits_through_more_grid_points_are_more_exact():
+    _, rows = study.approximation_table()
+    found = {(row[0], row[1]): (float(row[3]), int(row[2]), float(row[4])) for row in rows}
+    for method in ("spim_pc", "spim_implicit"):
+        errors = [found[fit, method][0] for fit in ("linear", "quadratic", "cubic")]
+        assert errors[0] > 3.0 * errors[1] > 9.0 * errors[2], method
+    for case, (_, order, slope) in found.items():
+        assert abs(slope - order) <= 0.2, case

@@ -274,3 +274,67 @@ fn ways_of_solving_a_step_agree() {
         assert!(off <= 1e-10 * size, "{coupling:?} {angles}: {off:e} of {size}");
     }
 }
+
+#[test]
+fn a_linear_part_and_a_remainder_add_up_to_the_rates() {
+    for coupling in [Coupling::First, Coupling::Zeroth] {
+        let beam = Arc::new(beam(3, Hub::Locked { inertia: 2.0 }, coupling));
+        let parts = Problem::Beam(beam.clone()).semilinear().unwrap();
+        let m = parts.len();
+        let z: Vec<f64> = (0..m).map(|i| 0.1 * ((7 * i) % 11) as f64 / 11.0 - 0.05).collect();
+        let (mut whole, mut rest) = (vec![0.0; m], vec![0.0; m]);
+        parts.rate(0.0, &z, &mut whole).unwrap();
+        parts.remainder(0.0, &z, &mut rest).unwrap();
+        let a = parts.matrix();
+        for i in 0..m {
+            let terms = a[m * i..][..m].iter().zip(&z).map(|(a, z)| a * z);
+            let (linear, size) = terms.fold((0.0, 0.0_f64), |(s, n), x| (s + x, n.max(x.abs())));
+            let off = (linear + rest[i] - whole[i]).abs();
+            assert!(off <= 1e-13 * size.max(whole[i].abs()), "{i}: {off:e} of {size:e}");
+        }
+        // Remainders are of second order, to all digits: four times as large at twice the state.
+        let tiny: Vec<f64> = z.iter().map(|z| z / (1_u64 << 40) as f64).collect();
+        let twice: Vec<f64> = tiny.iter().map(|z| 2.0 * z).collect();
+        let (mut one, mut two) = (vec![0.0; m], vec![0.0; m]);
+        parts.remainder(0.0, &tiny, &mut one).unwrap();
+        parts.remainder(0.0, &twice, &mut two).unwrap();
+        let size = one.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+        for (one, two) in one.iter().zip(&two) {
+            assert!((4.0 * one - two).abs() <= 1e-10 * size, "{one:e} {two:e}");
+        }
+        assert!(size > 0.0);
+    }
+    for hub in [Hub::Jointed { inertia: 1.0, spring: 1.0 }, Hub::Locked { inertia: 1.0 }] {
+        let problem = Problem::Beam(Arc::new(beam(2, hub, Coupling::Third)));
+        let info = find("lawson_gauss4").unwrap();
+        let refused = build(info, &problem, 1e-3, &Options::default(), &mut || Ok(()));
+        assert!(refused.err().unwrap().to_string().contains("turns freely"));
+    }
+}
+
+#[test]
+fn exponential_methods_of_a_beam_restart_and_allocate_nothing() {
+    for name in ["lawson_gauss8", "spim_pc", "spim_implicit", "eavf"] {
+        let problem =
+            Problem::Beam(Arc::new(beam(2, Hub::Locked { inertia: 2.0 }, Coupling::First)));
+        let info = find(name).unwrap();
+        let make = || build(info, &problem, 1e-3, &Options::default(), &mut || Ok(())).unwrap();
+        let mut method = make();
+        let z0: Vec<f64> = (0..14).map(|i| if i == 4 { 0.05 } else { 0.0 }).collect();
+        let mut state = State::new(&z0, &*method).unwrap();
+        for k in 0..50 {
+            method.step(k, 1e-3 * k as f64, &mut state).unwrap();
+        }
+        let mut copy = state.clone();
+        let before = allocated();
+        for k in 50..100 {
+            method.step(k, 1e-3 * k as f64, &mut state).unwrap();
+        }
+        assert_eq!(allocated() - before, 0, "{name}");
+        let mut second = make();
+        for k in 50..100 {
+            second.step(k, 1e-3 * k as f64, &mut copy).unwrap();
+        }
+        assert_eq!(state, copy, "{name}");
+    }
+}

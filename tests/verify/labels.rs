@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use spim::method::{METHODS, MethodInfo, Needs, Options, State, Value, build, find};
+use spim::model::named;
 use spim::model::pendulum::CompoundPendulum;
 use spim::propagate::Clock;
 use spim::system::{Flow, Hamiltonian, Problem};
@@ -11,11 +12,27 @@ use crate::restarts::structure;
 
 /// Two coupled oscillators, `z = [q; p]`; for methods that are exact for them the compound pendulum.
 fn problem(info: &MethodInfo) -> Problem {
-    if info.needs == Needs::SemiLinear {
+    if info.needs == Needs::Potential {
+        return named("fput", &[1.0, 2.0]).unwrap().problem;
+    }
+    if is_high(info) {
+        return named("henon-heiles", &[]).unwrap().problem;
+    }
+    if is_split(info) {
         let pendulum = CompoundPendulum::new(1.0, 1.0, 1.0, 6.0, 3.0);
         return Problem::SemiLinear(Arc::new(pendulum));
     }
     structure(info, &[1.0, 2.0], &[4.0, -1.0, -1.0, 3.0])
+}
+
+/// Whether it splits a linear part off, so that oscillators tell nothing.
+fn is_split(info: &MethodInfo) -> bool {
+    matches!(info.needs, Needs::SemiLinear | Needs::Canonical | Needs::Potential)
+}
+
+/// Whether the pendulum is too wild for the order to show above rounding.
+fn is_high(info: &MethodInfo) -> bool {
+    is_split(info) && info.order.is_some_and(|order| order > 8)
 }
 
 /// The schemes as they are without doubling, so that their order shows.
@@ -30,7 +47,7 @@ fn exact(info: &MethodInfo, h: f64, steps: u64, z0: &[f64]) -> Vec<f64> {
     if info.needs == Needs::Split {
         return run(find("auto").unwrap(), h, steps, z0);
     }
-    if info.needs != Needs::SemiLinear {
+    if !is_split(info) {
         return run(METHODS.iter().find(|info| info.order.is_none()).unwrap(), h, steps, z0);
     }
     let gauss = find("gauss16").unwrap();
@@ -56,7 +73,7 @@ fn run(info: &MethodInfo, h: f64, steps: u64, z0: &[f64]) -> Vec<f64> {
 
 /// The matrix of one step, column by column; its derivative where the problem is not linear.
 fn step_matrix(info: &MethodInfo, h: f64) -> Vec<Vec<f64>> {
-    if info.needs == Needs::SemiLinear {
+    if is_split(info) {
         return (0..4).map(|j| slope(info, h, j)).collect();
     }
     let unit = |j| (0..4).map(|i| f64::from(u8::from(i == j))).collect::<Vec<_>>();
@@ -99,7 +116,7 @@ fn symplectic_says_so_of_the_step() {
     for info in METHODS {
         let found = defect(&step_matrix(info, 0.3));
         // 10 u; of derivatives what differences leave.
-        let rounding = if info.needs == Needs::SemiLinear { 1e-11 } else { 2e-15 };
+        let rounding = if is_split(info) { 1e-11 } else { 2e-15 };
         match info.symplectic {
             true => assert!(found <= rounding, "{}: {found:e}", info.name),
             false => assert!(found >= 1e-6, "{}: {found:e}", info.name), // (0.3 * 2)^6 / 72
@@ -125,10 +142,14 @@ fn the_order_is_the_measured_slope() {
     let z0 = [1.0, -0.5, 0.25, 2.0];
     for info in METHODS {
         let Some(order) = info.order else { continue };
+        let z0 = if is_high(info) { [0.0, 0.1, 0.48, 0.0] } else { z0 };
         // Steps that leave errors above rounding, fewer for high orders.
         let (end, counts) = match order {
-            ..=4 if info.needs == Needs::SemiLinear => (2.0, [64, 96, 128, 192]),
-            6.. if info.needs == Needs::SemiLinear => (2.0, [12, 16, 20, 24]),
+            ..=4 if is_split(info) => (2.0, [64, 96, 128, 192]),
+            12 if is_split(info) => (8.0, [14, 16, 18, 20]),
+            16 if is_split(info) => (8.0, [7, 8, 9, 11]),
+            6.. if is_split(info) => (2.0, [12, 16, 20, 24]),
+            10 if info.needs == Needs::Split => (2.0, [6, 7, 8, 9]),
             ..=4 => (2.0, [32, 48, 64, 96]),
             6.. if info.needs == Needs::Split => (2.0, [20, 24, 28, 32]),
             6 => (8.0, [40, 50, 60, 80]),
@@ -151,6 +172,14 @@ fn the_order_is_the_measured_slope() {
             .zip(counts.windows(2))
             .map(|(pair, n)| (pair[0] / pair[1]).ln() / (n[1] as f64 / n[0] as f64).ln())
             .collect();
+        if order == 16 && is_split(info) {
+            // Components that cross zero make slopes uneven, and rounding is near; orders of
+            // symmetric methods are even.
+            let n = counts.map(|n| n as f64);
+            let slope = (errors[0] / errors[3]).ln() / (n[3] / n[0]).ln();
+            assert!((slope - 16.0).abs() <= 0.5, "{}: {slope} of {errors:?}", info.name);
+            continue;
+        }
         if order > 16 {
             // Errors reach rounding long before the slope is that of small steps: its limit, from the
             // last two, as what is missing goes with h^2.
@@ -190,14 +219,18 @@ fn energy_preserving_says_so_of_ten_thousand_steps() {
     for info in METHODS {
         // Far enough for a method of high order to show.
         let h = match (info.order, info.needs) {
-            (_, Needs::SemiLinear | Needs::Split) => 0.3,
+            (Some(9..), _) if is_split(info) => 2.2,
+            (Some(9..), Needs::Split) => 0.8,
+            (_, Needs::Split) => 0.3,
+            _ if is_split(info) => 0.3,
             (Some(20..), _) => 4.0,
             (Some(5..), _) => 2.0,
             _ => 0.3,
         };
         let (problem, z0) = match info.needs {
             Needs::Flow => (Problem::Flow(Arc::new(Pendulum)), vec![2.0, 0.0]),
-            Needs::SemiLinear => (problem(info), vec![0.3, 1.0, 0.0, 0.0]),
+            _ if is_high(info) => (problem(info), vec![0.0, 0.1, 0.48, 0.0]),
+            _ if is_split(info) => (problem(info), vec![0.3, 1.0, 0.0, 0.0]),
             _ => (problem(info), vec![1.0, -0.5, 0.25, 2.0]),
         };
         let springs = problem_of(find("rk4").unwrap());
@@ -205,6 +238,14 @@ fn energy_preserving_says_so_of_ten_thousand_steps() {
         let energy = |z: &[f64]| match &problem {
             Problem::Flow(_) => 0.5 * z[1] * z[1] - z[0].cos(),
             Problem::SemiLinear(_) => pendulum.energy(0.0, z).unwrap(),
+            Problem::Separable(_) if is_high(info) => {
+                let stars = named("henon-heiles", &[]).unwrap();
+                stars.hamiltonian.energy(0.0, z).unwrap()
+            }
+            Problem::Separable(_) if is_split(info) => {
+                let chain = named("fput", &[1.0, 2.0]).unwrap();
+                chain.hamiltonian.energy(0.0, z).unwrap()
+            }
             Problem::Separable(_) => springs.linear().unwrap().energy(0.0, z).unwrap(),
             other => other.linear().unwrap().energy(0.0, z).unwrap(),
         };

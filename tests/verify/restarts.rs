@@ -88,9 +88,11 @@ fn a_step_that_fails_leaves_the_state_as_it_was() {
         let a = vec![rate, 0.0, 0.0, 0.9 * rate];
         let problem = match info.needs {
             // A negative stiffness.
-            Needs::Structural | Needs::Separable | Needs::Split => {
-                structure(info, &[1.0], &[-rate * rate])
-            }
+            Needs::Structural
+            | Needs::Separable
+            | Needs::Split
+            | Needs::Canonical
+            | Needs::Potential => structure(info, &[1.0], &[-rate * rate]),
             _ => Problem::Linear(Arc::new(Linear::new(2, a).unwrap())),
         };
         for options in choices(info) {

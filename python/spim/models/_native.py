@@ -4,7 +4,7 @@ import numpy as np
 
 from spim import _core
 from spim._arrays import finite
-from spim._systems import System
+from spim._systems import System, fastest_of
 
 
 class Native(System):
@@ -27,6 +27,10 @@ class Native(System):
     def size(self):
         """Length m of the state."""
         return self._core.size
+
+    def _fastest(self):
+        matrix = self._core.matrix
+        return 0.0 if matrix is None else fastest_of(matrix)
 
     def _mapped(self, what, z, t):
         z = np.asarray(z, float)

@@ -9,7 +9,7 @@ import numpy as np
 
 from spim import _core
 from spim._arrays import finite
-from spim._systems import System
+from spim._systems import System, resonance
 from spim.models import _finite_elements as fe
 from spim.models import _toml
 from spim.models import rotation as rotations
@@ -261,6 +261,9 @@ class RotatingBeam(BeamAnalysis, System):
                     f"take steps below {EXPLICIT_LIMIT / self._core.fastest:.3g} s, or srk2",
                     stacklevel=3,
                 )
+        words = resonance(method, self._core.fastest, step)
+        if words is not None:
+            warnings.warn(words, stacklevel=3)
 
     def _solution(self, run, options, shown):
         return BeamSolution(self, run, options, shown)

@@ -4,6 +4,7 @@ Huang, Deng, Yao, J. Sound Vib. 299 (2007) 229-246; what it claims beside ours. 
 available as data and none is drawn. The report's words are in ``beam.md``.
 """
 
+import time
 from dataclasses import dataclass
 from importlib.resources import files
 from string import Template
@@ -11,7 +12,7 @@ from string import Template
 import numpy as np
 
 import spim
-from spim.studies._drawing import BLUE, VERMILION
+from spim.studies._drawing import BLACK, BLUE, VERMILION
 from spim.studies._figures import Comparison, Curve, Growth, Panel, PaperFigure
 from spim.studies._output import markdown_table, number, text_table
 from spim.studies.oscillators import environment
@@ -46,6 +47,20 @@ REFERENCE = (
     0.135123957337,
     0.021085573874,
 )
+# The title method on the title problem: until, steps, and what they are compared with.
+SEMILINEAR_END = 0.1  # s
+SEMILINEAR_STEPS = (2e-4, 1e-4, 5e-5, 2.5e-5)  # s
+SEMILINEAR = {
+    "spim_explicit": {"color": BLUE, "linestyle": ":"},
+    "spim_pc": {"color": BLUE, "linestyle": "--"},
+    "spim_implicit": {"color": BLUE},
+    "lawson_gauss2": {"color": BLACK, "linestyle": ":"},
+    "lawson_gauss4": {"color": BLACK, "linestyle": "-."},
+    "lawson_gauss6": {"color": BLACK, "linestyle": "--"},
+    "lawson_gauss8": {"color": BLACK},
+    "srk2": {"color": VERMILION},
+    "gauss16": {"color": VERMILION, "linestyle": "--"},
+}
 STYLES = {
     "srk2": {"color": BLUE, "linewidth": 0.6},
     "rk4": {"color": VERMILION, "linewidth": 0.6},
@@ -198,7 +213,66 @@ def drift(end):
     return solution.t, error, means, slope, float(np.abs(solution.p_phi).max())
 
 
+def semilinear_runs():
+    """Errors of coordinates at 0.1 s [m, rad] and times [s], by method: lists, a step each."""
+    dof = beam().dof
+    exact = run("gauss32", 2e-5, SEMILINEAR_END).z[-1, :dof]
+    found = {}
+    for method in SEMILINEAR:
+        errors, seconds = [], []
+        for step in SEMILINEAR_STEPS:
+            took = []
+            for _ in range(3):
+                begin = time.perf_counter()
+                end = run(method, step, SEMILINEAR_END, every=10**9).z[-1, :dof]
+                took.append(time.perf_counter() - begin)
+            errors.append(float(np.abs(end - exact).max()))
+            seconds.append(float(np.median(took)))
+        found[method] = errors, seconds
+    return found
+
+
 # Figures
+
+
+@dataclass(frozen=True)
+class WorkPrecision:
+    """Errors of the exponential methods against step and time."""
+
+    found: dict
+    name: str = "exponential"
+    title: str = "Exponential methods on the beam: error at 0.1 s"
+
+    def draw(self):
+        """As a Matplotlib figure."""
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=(11, 4.2), layout="constrained")
+        FigureCanvasAgg(figure)
+        left, right = figure.subplots(1, 2, sharey=True)
+        for method, (errors, seconds) in self.found.items():
+            style = SEMILINEAR[method] | {"marker": "o", "markersize": 3}
+            left.loglog(SEMILINEAR_STEPS, errors, label=method, **style)
+            right.loglog(seconds, errors, **style)
+        left.set(xlabel="step [s]", ylabel="largest error of coordinates [m, rad]")
+        right.set(xlabel="time of the run [s]")
+        left.legend(fontsize=7)
+        left.set_title(self.title, loc="left", fontsize=11, fontweight="bold")
+        return figure
+
+    def tables(self):
+        """Errors, a column a method."""
+        errors = {f"error of {method}": np.array(e) for method, (e, _) in self.found.items()}
+        return {"exponential": {"step [s]": np.array(SEMILINEAR_STEPS)} | errors}
+
+    def alt_text(self):
+        """The figure in words."""
+        last = "; ".join(f"{m}, {number(e[-1])}" for m, (e, _) in self.found.items())
+        return (
+            f"{self.title}, against step and time of the run, both axes logarithmic. At the "
+            f"smallest step: {last}."
+        )
 
 
 @dataclass(frozen=True)
@@ -331,6 +405,15 @@ def order_table():
     ]
 
 
+def semilinear_table(found):
+    """Errors and times of the exponential methods and of two others."""
+    head = ["method", *(f"h = {step:g} s" for step in SEMILINEAR_STEPS), "ms at the smallest"]
+    return head, [
+        [method, *map(number, errors), f"{1e3 * seconds[-1]:.2f}"]
+        for method, (errors, seconds) in found.items()
+    ]
+
+
 def reproduce(folder, quick=False):
     """Run the study and write its figures, data and report.
 
@@ -347,6 +430,7 @@ def reproduce(folder, quick=False):
     """
     runs = study()
     t, error, means, slope, momentum = drift(QUICK_END if quick else LONG_END)
+    found = semilinear_runs()
     off = np.abs(reference_state() - REFERENCE).max()
     template = files(__package__).joinpath("beam.md").read_text(encoding="utf-8")
     report = Template(template).substitute(
@@ -354,6 +438,8 @@ def reproduce(folder, quick=False):
         energies=markdown_table(*energy_table(runs)),
         orders=markdown_table(*order_table()),
         reference=number(off),
+        exponential=markdown_table(*semilinear_table(found)),
+        exponential_figure=folder.write_figure(WorkPrecision(found)),
         sketches=folder.write_figure(Sketches()),
         drift_figure=folder.write_figure(drift_figure(runs, t[::10], error[::10])),
         figures="\n\n".join(map(folder.write_figure, comparisons(runs))),

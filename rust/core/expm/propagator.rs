@@ -152,6 +152,19 @@ impl Propagator {
         self.entries(Form::Increment, out);
     }
 
+    /// `exp(tau A)` as pairs `[hi, lo]`, row by row.
+    pub fn pairs(&self, mut put: impl FnMut(usize, usize, [f64; 2])) {
+        let (m, ld) = (self.rows(), self.layout().doubles());
+        let (hi, lo) = (doubles(&self.one.hi), doubles(&self.one.lo));
+        let shift = if self.one.form == Form::Increment { 1.0 } else { 0.0 };
+        for i in 0..m {
+            for j in 0..m {
+                let unit = if i == j { shift } else { 0.0 };
+                put(i, j, twofold::sum([unit, 0.0], [hi[j * ld + i], lo[j * ld + i]]));
+            }
+        }
+    }
+
     fn entries(&self, wanted: Form, out: &mut [f64]) {
         let (m, ld) = (self.rows(), self.layout().doubles());
         let shift = match (self.one.form, wanted) {

@@ -6,6 +6,7 @@
 
 mod common;
 mod composition;
+mod eavf;
 mod gauss;
 mod lawson;
 mod linear;
@@ -15,7 +16,10 @@ mod newmark;
 mod options;
 mod rk4;
 mod runge_kutta;
+mod spim_fitted;
 mod spim_nonlinear;
+mod splitting;
+mod turn;
 mod two_term;
 
 use std::sync::Arc;
@@ -27,7 +31,7 @@ use crate::error::{Error, Result};
 use crate::linalg::dense::Watch;
 use crate::linalg::kernel::Eight;
 use crate::propagate::Clock;
-use crate::system::{Flow, Problem};
+use crate::system::{Flow, Linear, Problem, SemiLinear};
 
 /// All that changes from step to step. A copy of it is a checkpoint.
 #[derive(Clone, Debug, PartialEq)]
@@ -237,6 +241,10 @@ pub enum Needs {
     Modes,
     /// `z' = A z + F(z, t)`.
     SemiLinear,
+    /// The same with a Hamiltonian A.
+    Canonical,
+    /// `z' = A z + (0, f(q, t))`.
+    Potential,
     /// `q' = v(p)`, `p' = f(t, q)`.
     Split,
     /// A free linear system `q' = P p`, `p' = R q` with symmetric matrices.
@@ -256,6 +264,8 @@ impl Needs {
             Needs::Linear => "linear",
             Needs::Structural | Needs::Modes => "structure",
             Needs::SemiLinear => "semilinear",
+            Needs::Canonical => "canonical",
+            Needs::Potential => "potential",
             Needs::Split => "split",
             Needs::Separable => "separable",
         }
@@ -282,10 +292,20 @@ pub const METHODS: &[&MethodInfo] = &[
     &lawson::LAWSON_GAUSS4,
     &lawson::LAWSON_GAUSS6,
     &lawson::LAWSON_GAUSS8,
+    &lawson::LAWSON_GAUSS12,
+    &lawson::LAWSON_GAUSS16,
+    &eavf::EAVF,
+    &splitting::STRANG,
+    &splitting::MOLLIFIED_IMPULSE,
+    &splitting::MCLACHLAN84,
     &composition::VERLET,
     &composition::YOSHIDA4,
     &composition::YOSHIDA6,
     &composition::YOSHIDA8,
+    &composition::BLANES_MOAN4,
+    &composition::BLANES_MOAN6,
+    &composition::KAHAN_LI8,
+    &composition::SOFRONIOU_SPALETTA10,
     &gauss::GAUSS4,
     &gauss::GAUSS6,
     &gauss::GAUSS8,
@@ -334,6 +354,15 @@ pub fn build(
         Needs::SemiLinear => {
             (problem.semilinear().is_some(), "a semilinear system z' = A z + F(z, t)")
         }
+        Needs::Canonical => (
+            problem.semilinear().is_some_and(|system| has_energy(&*system)),
+            "a semilinear system z' = A z + F(z, t) with a Hamiltonian A (J A symmetric)",
+        ),
+        Needs::Potential => (
+            problem.semilinear().is_some_and(|system| system.is_force()),
+            "a system z' = A z + (0, f(q, t)) that says so: its remainder a force of the coordinates \
+             alone",
+        ),
         Needs::Modes => (
             problem.linear().is_some_and(|system| modal::is_decoupled(system)),
             "a structure, whose modes it finds, or a system in modal coordinates",
@@ -347,13 +376,26 @@ pub fn build(
         }
     };
     if !enough {
+        let more = match (problem, info.needs) {
+            (Problem::Beam(_), Needs::SemiLinear | Needs::Canonical) => {
+                "; a beam is one where its hub turns freely, joint locked, to first or zeroth order of \
+                 coupling, without gravity, damping and loads"
+            }
+            _ => "",
+        };
         return Err(Error::unsupported(format!(
-            "{}: needs {needed}, got {}",
+            "{}: needs {needed}, got {}{more}",
             info.name,
             problem.kind()
         )));
     }
     (info.build)(problem, h, options, watch)
+}
+
+/// Whether the linear part is Hamiltonian.
+fn has_energy(system: &dyn SemiLinear) -> bool {
+    let made = Linear::new(system.len(), system.matrix().to_vec());
+    made.is_ok_and(|linear| linear.is_hamiltonian())
 }
 
 /// Binds a method that needs no more than a flow.

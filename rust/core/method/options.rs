@@ -14,6 +14,8 @@ pub enum Value {
     Integers(Vec<i64>),
     /// Numbers.
     Numbers(Vec<f64>),
+    /// A word and a number.
+    Named(String, f64),
 }
 
 /// An option in a record.
@@ -125,7 +127,8 @@ impl Options {
     }
 }
 
-fn wrong(name: &str, wanted: &str, got: &Value) -> Box<Error> {
+/// The error for a value of another kind.
+pub fn wrong(name: &str, wanted: &str, got: &Value) -> Box<Error> {
     let got = match got {
         Value::Text(text) => format!("'{text}'"),
         Value::Number(x) => x.to_string(),
@@ -134,6 +137,7 @@ fn wrong(name: &str, wanted: &str, got: &Value) -> Box<Error> {
             _ => format!("{x:?}"),
         },
         Value::Numbers(x) => format!("{x:?}"),
+        Value::Named(word, x) => format!("('{word}', {x})"),
     };
     Error::argument(format!("{name}: must be {wanted}, got {got}"))
 }

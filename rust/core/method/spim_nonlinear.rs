@@ -3,9 +3,10 @@
 //!
 //! `spim_explicit` (46) takes `r1` along the flow, `spim_pc` (47) from a predicted end, `spim_implicit` from
 //! the end itself: the symmetric exponential trapezoidal rule. Of order 2, not symplectic; the first two
-//! drift.
+//! drift. Other functions than straight lines are in `spim_fitted`.
 
 use super::common::{add_product, check_finite, largest, not_solved};
+use super::spim_fitted::{self, APPROXIMATION, Fit};
 use super::{Bound, MethodInfo, Needs, Options, State, Step, Stepper, Work};
 use crate::error::Result;
 use crate::expm;
@@ -18,10 +19,14 @@ const PAIRS_TO: usize = 32;
 /// Iterations at most.
 const CAP: u32 = 100;
 
+/// Where a step knows from how the remainder changes.
 #[derive(Clone, Copy, PartialEq)]
-enum Slope {
+pub enum Slope {
+    /// From where it starts.
     AlongTheFlow,
+    /// From a predicted end.
     Predicted,
+    /// From its end.
     Implicit,
 }
 
@@ -43,9 +48,15 @@ fn build(
     slope: Slope,
     problem: &Problem,
     h: f64,
+    options: &Options,
     watch: &mut Watch,
 ) -> Result<Box<dyn Step>> {
     let system = problem.semilinear().expect("the record's need");
+    let fit = Fit::of(options)?;
+    if fit != Fit::Polynomial(1) {
+        let method = spim_fitted::Fitted::new(name, slope, fit, &*system, h, watch)?;
+        return Ok(Box::new(Bound::new(method, system, String::new())));
+    }
     let m = system.len();
     let mut matrices = [(); 3].map(|()| vec![0.0; m * m]);
     {
@@ -164,9 +175,9 @@ pub const EXPLICIT: MethodInfo = MethodInfo {
     needs: Needs::SemiLinear,
     reproducible: "on every machine",
     reference: "Huang, Deng & Yao, J. Sound Vib. 299 (2007), eq. 46",
-    options: &[],
-    build: |problem, h, _: &Options, watch| {
-        build("spim_explicit", Slope::AlongTheFlow, problem, h, watch)
+    options: &[APPROXIMATION],
+    build: |problem, h, options, watch| {
+        build("spim_explicit", Slope::AlongTheFlow, problem, h, options, watch)
     },
 };
 
@@ -175,7 +186,9 @@ pub const PREDICTED: MethodInfo = MethodInfo {
     name: "spim_pc",
     summary: "the paper's nonlinear SPIM, predictor and corrector",
     reference: "Huang, Deng & Yao, J. Sound Vib. 299 (2007), eq. 47",
-    build: |problem, h, _: &Options, watch| build("spim_pc", Slope::Predicted, problem, h, watch),
+    build: |problem, h, options, watch| {
+        build("spim_pc", Slope::Predicted, problem, h, options, watch)
+    },
     ..EXPLICIT
 };
 
@@ -184,8 +197,8 @@ pub const IMPLICIT: MethodInfo = MethodInfo {
     name: "spim_implicit",
     summary: "eq. 47 iterated to its end: the exponential trapezoidal rule",
     symmetric: true,
-    build: |problem, h, _: &Options, watch| {
-        build("spim_implicit", Slope::Implicit, problem, h, watch)
+    build: |problem, h, options, watch| {
+        build("spim_implicit", Slope::Implicit, problem, h, options, watch)
     },
     ..PREDICTED
 };

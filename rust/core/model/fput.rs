@@ -128,6 +128,9 @@ impl Parts for Chain {
         f.fill(Pack::splat(0.0));
         self.soft(&z[..n], Some(&mut f[n..]));
     }
+    fn is_force(&self) -> bool {
+        true
+    }
 }
 
 #[cfg(test)]

@@ -70,6 +70,9 @@ impl Parts for HenonHeiles {
         let zero = Pack::splat(0.0);
         f.copy_from_slice(&[zero, zero, -2.0 * x * y, y * y - x * x]);
     }
+    fn is_force(&self) -> bool {
+        true
+    }
 }
 
 #[cfg(test)]

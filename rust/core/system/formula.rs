@@ -56,6 +56,10 @@ pub fn split_rate<V: Lanes>(
 pub trait Parts: Formula {
     /// `z' - A z`, without the loss of digits that a difference has.
     fn remainder<V: Lanes>(&self, t: Pack<V>, z: &[Pack<V>], f: &mut [Pack<V>]);
+    /// See [`SemiLinear::is_force`].
+    fn is_force(&self) -> bool {
+        false
+    }
 }
 
 /// Rates of blocks of eight states.
@@ -76,6 +80,23 @@ impl<F: Formula> Body for Sweep<'_, F> {
         for ((t, z), f) in packs::<V>(self.t).iter().zip(states).zip(rates) {
             self.model.rate(*t, z, f);
         }
+    }
+}
+
+/// Remainders of eight states.
+struct Rest<'a, F> {
+    model: &'a F,
+    t: &'a Eight,
+    z: &'a [Eight],
+    f: &'a mut [Eight],
+}
+
+impl<F: Parts> Body for Rest<'_, F> {
+    type Output = ();
+    #[inline(always)]
+    fn run<V: Lanes>(self) {
+        let [t] = *packs::<V>(std::slice::from_ref(self.t)) else { unreachable!("one pack") };
+        self.model.remainder(t, packs::<V>(self.z), packs_mut::<V>(self.f));
     }
 }
 
@@ -133,5 +154,19 @@ impl<F: Parts> SemiLinear for F {
     fn remainder(&self, t: f64, z: &[f64], f: &mut [f64]) -> Result<()> {
         Parts::remainder(self, Pack(t), singles(z), singles_mut(f));
         Ok(())
+    }
+    fn remainders(
+        &self,
+        t: &Eight,
+        z: &[Eight],
+        f: &mut [Eight],
+        _: usize,
+        _: &mut [f64],
+    ) -> Result<()> {
+        dispatch(Rest { model: self, t, z, f });
+        Ok(())
+    }
+    fn is_force(&self) -> bool {
+        Parts::is_force(self)
     }
 }

@@ -20,7 +20,7 @@ pub use structural::{EnergyCoordinates, Structural};
 
 use crate::error::Result;
 use crate::linalg::kernel::{Eight, doubles, doubles_mut};
-use crate::model::beam::Beam;
+use crate::model::beam::{Beam, BeamParts};
 
 /// A system `z' = f(t, z)`.
 ///
@@ -148,6 +148,9 @@ impl Problem {
         match self {
             Problem::SemiLinear(system) => Some(system.clone()),
             Problem::Separable(system) => system.semilinear(),
+            Problem::Beam(beam) => {
+                BeamParts::new(beam.clone()).map(|parts| Arc::new(parts) as Arc<dyn SemiLinear>)
+            }
             _ => Some(self.linear()?.clone()),
         }
     }

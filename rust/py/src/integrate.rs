@@ -295,6 +295,8 @@ fn options_of(given: &Bound<'_, PyDict>) -> PyResult<Options> {
             Value::Numbers(numbers)
         } else if let Ok(number) = value.extract::<f64>() {
             Value::Number(number)
+        } else if let Ok((word, number)) = value.extract::<(String, f64)>() {
+            Value::Named(word, number)
         } else {
             return Err(PyTypeError::new_err(format!("{name}: a value no option can have")));
         };

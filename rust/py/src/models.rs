@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 use spim::model::{self, Native};
 
-use crate::convert::{real, slice};
+use crate::convert::{self, real, slice};
 use crate::error::to_python;
 use crate::states;
 
@@ -28,6 +28,15 @@ impl Model {
     #[getter]
     fn size(&self) -> usize {
         self.native.hamiltonian.len()
+    }
+
+    /// The linear part (m, m) that exponential methods turn with; None where there is none.
+    #[getter]
+    fn matrix<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let Some(system) = self.native.problem.semilinear() else { return Ok(None) };
+        let matrix = convert::empty(py, &[system.len(), system.len()])?;
+        convert::slice_mut(&matrix).copy_from_slice(system.matrix());
+        Ok(Some(matrix.into_any()))
     }
 
     /// Energies of states (k, m) at times (k,) -> (k, 1).

@@ -218,7 +218,7 @@ fn blocks<V: Lanes, const B: usize>(memory: &[Eight]) -> [Pack<V>; B] {
 
 /// `sum of columns_j x_j` for C of m components; even and odd terms apart, so that additions overlap.
 #[inline(always)]
-fn sums<V: Lanes, const S: usize, const B: usize, const C: usize>(
+pub fn sums<V: Lanes, const S: usize, const B: usize, const C: usize>(
     columns: &[Eight],
     x: &[Eight],
     m: usize,

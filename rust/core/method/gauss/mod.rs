@@ -6,6 +6,8 @@ mod iteration;
 mod linear_part;
 mod stages;
 
+pub use self::columns::Columns;
+pub use self::iteration::sums;
 pub use self::stages::{Ending, Gauss};
 use super::{Bound, MethodInfo, Needs, OptionInfo, Options, Step};
 use crate::error::{Error, Result};
@@ -24,11 +26,7 @@ pub const GAUSS4: MethodInfo = MethodInfo {
     needs: Needs::Flow,
     reproducible: "on every machine",
     reference: "Hairer, McLachlan & Razakarivony, BIT 48 (2008)",
-    options: &[OptionInfo {
-        name: "roundoff",
-        doc: "\"minimal\" (default): iterates until nothing changes, no drift; \"tolerance\": until the \
-              next change is below rounding, faster, with a drift that 1e6 steps show",
-    }],
+    options: &[ROUNDOFF],
     build: |problem, h, options, _| build("gauss4", tableau::COLLOCATION4, problem, h, options),
 };
 
@@ -86,6 +84,27 @@ pub const GAUSS32: MethodInfo = MethodInfo {
     ..GAUSS4
 };
 
+/// The option `roundoff`.
+pub const ROUNDOFF: OptionInfo = OptionInfo {
+    name: "roundoff",
+    doc: "\"minimal\" (default): iterates until nothing changes, no drift; \"tolerance\": until the \
+          next change is below rounding, faster, with a drift that 1e6 steps show",
+};
+
+/// What the option says.
+///
+/// # Errors
+/// [`Error::Argument`] for another word.
+pub fn ending(options: &Options) -> Result<Ending> {
+    match options.text("roundoff")? {
+        None | Some("minimal") => Ok(Ending::Rounding),
+        Some("tolerance") => Ok(Ending::Tolerance),
+        Some(other) => Err(Error::argument(format!(
+            "roundoff: must be 'minimal' or 'tolerance', got '{other}'"
+        ))),
+    }
+}
+
 /// Makes a Gauss method for whatever system.
 pub fn build(
     name: &'static str,
@@ -94,15 +113,7 @@ pub fn build(
     h: f64,
     options: &Options,
 ) -> Result<Box<dyn Step>> {
-    let ending = match options.text("roundoff")? {
-        None | Some("minimal") => Ending::Rounding,
-        Some("tolerance") => Ending::Tolerance,
-        Some(other) => {
-            return Err(Error::argument(format!(
-                "roundoff: must be 'minimal' or 'tolerance', got '{other}'"
-            )));
-        }
-    };
+    let ending = ending(options)?;
     if let (Problem::Beam(beam), Some(tableau)) = (problem, tableau::gauss(table.b.len()))
         && beam.is_plain()
         && beam.nodes() <= beam::MOST

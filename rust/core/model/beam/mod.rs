@@ -15,6 +15,7 @@ mod factor;
 mod loads;
 mod modal;
 mod motion;
+mod parts;
 mod rotation;
 
 use std::sync::{Arc, Mutex};
@@ -27,6 +28,7 @@ pub use factor::Factor;
 pub use loads::{Applied, Loads};
 pub use modal::{FEW, Frame, Modal};
 pub use motion::{Geometry, HubForces, Motion, Rates, solve_hub};
+pub use parts::BeamParts;
 pub use rotation::{Prescribed, SpinUp, Table};
 
 use crate::error::{Error, Result};

@@ -262,6 +262,17 @@ impl SemiLinear for Rest {
     fn remainder(&self, t: f64, z: &[f64], f: &mut [f64]) -> Result<()> {
         self.remainder.call(t, z, f)
     }
+    fn remainders(
+        &self,
+        t: &Eight,
+        z: &[Eight],
+        f: &mut [Eight],
+        count: usize,
+        scratch: &mut [f64],
+    ) -> Result<()> {
+        let columns = whole(count, std::slice::from_ref(t), z, self.len());
+        self.remainder.calls(&columns, f, 0, scratch)
+    }
 }
 
 /// A system of functions, as the core holds it.
