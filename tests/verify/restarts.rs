@@ -92,9 +92,7 @@ fn a_step_that_fails_leaves_the_state_as_it_was() {
             | Needs::Separable
             | Needs::Split
             | Needs::Canonical
-            | Needs::Potential => {
-                structure(info, &[1.0], &[-rate * rate])
-            }
+            | Needs::Potential => structure(info, &[1.0], &[-rate * rate]),
             _ => Problem::Linear(Arc::new(Linear::new(2, a).unwrap())),
         };
         for options in choices(info) {
