@@ -421,6 +421,40 @@ mod tests {
     }
 
     #[test]
+    fn restarts_in_and_after_the_first_steps_give_the_same_bits() {
+        let native = named("compound pendulum", &PENDULUM).unwrap();
+        let values = [
+            Value::Text("quadratic".into()),
+            Value::Text("cubic".into()),
+            Value::Named("trigonometric".into(), 3.0),
+        ];
+        for name in ["spim_explicit", "spim_pc", "spim_implicit"] {
+            for value in &values {
+                let options = Options(vec![("approximation".into(), value.clone())]);
+                let make = || {
+                    let info = find(name).unwrap();
+                    build(info, &native.problem, 0.01, &options, &mut || Ok(())).unwrap()
+                };
+                let mut whole = make();
+                let mut state = State::new(&[0.1, 0.5, 0.0, 0.0], &*whole).unwrap();
+                let mut seen = vec![state.clone()];
+                for k in 0..12 {
+                    whole.step(k, 0.01 * k as f64, &mut state).unwrap();
+                    seen.push(state.clone());
+                }
+                for stop in 1..6 {
+                    let mut method = make();
+                    let mut state = seen[stop].clone();
+                    for k in stop..12 {
+                        method.step(k as u64, 0.01 * k as f64, &mut state).unwrap();
+                    }
+                    assert_eq!(state, seen[12], "{name} {value:?}, stop at {stop}");
+                }
+            }
+        }
+    }
+
+    #[test]
     fn a_wave_without_frequency_is_a_parabola() {
         let info = find("spim_implicit").unwrap();
         let slow = end(info, Some(Value::Named("trigonometric".into(), 1e-3)), 0.01, 200);
