@@ -7,6 +7,7 @@ Start with `expm`, `Propagator`, or `integrate` and a system such as `LinearSyst
 """
 
 from spim import damping, loads, models, tableau
+from spim._checkpoint import Checkpoint
 from spim._core import (
     ConvergenceError,
     InternalError,
@@ -34,6 +35,7 @@ from spim._versions import __version__, show_versions
 from spim.tableau import RungeKutta
 
 __all__ = [
+    "Checkpoint",
     "ConvergenceError",
     "FailedCase",
     "HamiltonianSystem",

@@ -106,6 +106,12 @@ pub trait Stepper<S: ?Sized>: Send {
         Ok(())
     }
 
+    /// Steps for which a load is asked at once: what there is at a step may know it to the end of the
+    /// block that holds the step, or of the run.
+    fn block(&self) -> u64 {
+        1
+    }
+
     /// The whole state after step `k`, where `state.z` holds outputs.
     ///
     /// # Errors
@@ -136,6 +142,8 @@ pub trait Step: Send {
         rows: &mut [f64],
         done: &mut usize,
     ) -> Result<()>;
+    /// See [`Stepper::block`].
+    fn block(&self) -> u64;
     /// See [`Stepper::whole`].
     ///
     /// # Errors
@@ -178,6 +186,9 @@ impl<M: Stepper<S>, S: ?Sized + Send + Sync> Step for Bound<M, S> {
         done: &mut usize,
     ) -> Result<()> {
         self.method.fill(&self.system, k, clock, state, rows, done, &mut self.work)
+    }
+    fn block(&self) -> u64 {
+        self.method.block()
     }
     fn whole(&self, k: u64, state: &State) -> Result<Vec<f64>> {
         self.method.whole(k, state)
