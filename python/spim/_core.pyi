@@ -19,6 +19,7 @@ __all__ = [
     "SpimError",
     "Stepper",
     "UnsupportedError",
+    "Walker",
     "apply",
     "build_info",
     "caught_panics",
@@ -182,3 +183,28 @@ class Stepper:
     @state.setter
     def state(self, z: ArrayLike) -> None: ...
     def step(self, u: ArrayLike | None, v: ArrayLike | None) -> np.ndarray: ...
+
+@final
+class Walker:
+    def __new__(
+        cls,
+        system: Linear | RotatingBeam | Model | Called,
+        matrices: Any,
+        load: Any,
+        z: ArrayLike,
+        t: float,
+        h: float,
+        method: str,
+        options: dict[str, Any],
+    ) -> Walker: ...
+    @property
+    def t(self) -> float: ...
+    @property
+    def state(self) -> np.ndarray: ...
+    @property
+    def evaluations(self) -> int: ...
+    def step(self) -> np.ndarray: ...
+    def restart(self, t: float, z: ArrayLike) -> None: ...
+    def checkpoint(self) -> tuple[float, int, np.ndarray, np.ndarray]: ...
+    def restore(self, t0: float, k: int, z: ArrayLike, carried: ArrayLike) -> None: ...
+    def tangent(self, t: ArrayLike, z: ArrayLike, product: ArrayLike) -> np.ndarray: ...

@@ -8,6 +8,7 @@ from spim._arrays import finite
 from spim._balance import dissipated_and_work
 from spim._core import UnsupportedError
 from spim._save import save
+from spim._tangent import tangent
 from spim._walk import walk
 
 
@@ -94,6 +95,38 @@ class Solution:
                 "state: trajectories that go side by side, as those of an ensemble, have none"
             )
         return self._checkpoint
+
+    def jacobian(self, t=None):
+        """The tangent map of the run, d z(t) / d z(start): the monodromy matrix, over a period.
+
+        Parameters
+        ----------
+        t : float, optional
+            Within the run; its end by default.
+
+        Returns
+        -------
+        ndarray (m, m)
+            Of linear systems: their own steps from unit states, without the load, as exact as the
+            method. Of others: the product of the tangent maps of single steps, each by central
+            differences of order 8 of the step from a fresh start, which leave 1e-14 to 1e-13 of
+            the largest entry a step; 8 m steps a step, or more where the distance of differences
+            must shrink.
+
+        Raises
+        ------
+        ValueError
+            `t` outside the run.
+        ModelError, ConvergenceError
+            A step beside the run fails.
+        """
+        # Rows of outputs say that they are none.
+        _ = self._rows
+        start, end = self._start[0], self.t[-1] if self._checkpoint is None else self._checkpoint.t
+        t = end if t is None else float(finite("t", t, ()))
+        if not min(start, end) <= t <= max(start, end):
+            raise ValueError(f"t: {t} is outside the run, from {start} to {end}")
+        return tangent(self, t)
 
     def _show(self, matrix):
         """Keeps outputs in place of states."""

@@ -16,12 +16,14 @@ mod options;
 mod rk4;
 mod runge_kutta;
 mod spim_nonlinear;
+mod tangent;
 mod two_term;
 
 use std::sync::Arc;
 
 pub use linear::{correction, output_method, trajectory_method};
 pub use options::{OptionInfo, Options, Value, nearest};
+pub use tangent::Tangent;
 
 use crate::error::{Error, Result};
 use crate::linalg::dense::Watch;

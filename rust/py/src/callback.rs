@@ -66,6 +66,18 @@ impl Flow for Canonical {
     }
 }
 
+/// `z' = f(t, z)`, and nothing more is known.
+struct Plain(Function);
+
+impl Flow for Plain {
+    fn len(&self) -> usize {
+        self.0.len
+    }
+    fn rate(&self, t: f64, z: &[f64], f: &mut [f64]) -> Result<()> {
+        self.0.call(t, z, f)
+    }
+}
+
 /// `q' = M^-1 p` or `v(p)`, `p' = f(t, q)`.
 struct Split {
     force: Function,
@@ -142,7 +154,7 @@ pub struct Called {
 
 #[pymethods]
 impl Called {
-    /// `kind`: "hamiltonian", "separable" or "semilinear"; `function` with what it is called in
+    /// `kind`: "hamiltonian", "flow", "separable" or "semilinear"; `function` with what it is called in
     /// messages, of `len` numbers; `writes`: whether it writes its result; `matrix`: the inverse of the
     /// mass, or A.
     #[new]
@@ -162,6 +174,7 @@ impl Called {
             "hamiltonian" => {
                 Problem::Flow(Arc::new(Canonical(named("gradient", function, writes))))
             }
+            "flow" => Problem::Flow(Arc::new(Plain(named("fun", function, writes)))),
             "separable" => Problem::Separable(Arc::new(Split {
                 force: named("force", function, writes),
                 velocity: velocity.map(|call| named("velocity", call, false)),
