@@ -27,23 +27,23 @@ class Watch:
 
     def __call__(self, step, t, z):
         """None, or the sentence that ends the run."""
-        seen = self._shown(z)
-        reason = None
+        # What users are given is theirs to change.
+        kept, seen, reason = z.copy(), self._shown(z), None
         if self._t is None:
             for event in self.events:
                 # Whoever goes on from an event has seen it.
                 event.begin(event.value(t, seen), self._resumed)
         else:
             if self.events:
-                reason = self._search(t, z, seen)
+                reason = self._search(t, kept, seen)
             if reason is None and self._callback is not None:
                 reason = self._call(t, seen)
-        self._t, self._z = t, z
+        self._t, self._z = t, kept
         return reason
 
     def _call(self, t, seen):
-        answer = self._callback(t, seen.copy())
-        if isinstance(answer, bool | np.bool_) and not answer:
+        answer = self._callback(t, seen)
+        if answer is False or (isinstance(answer, np.bool_) and not answer):
             return f"the callback stopped the run at t = {t:g}"
         return None
 
@@ -57,7 +57,7 @@ class Watch:
         # In the order in which they come.
         found.sort(key=lambda one: abs(one[0] - self._t))
         for time, state, event in found:
-            event.note(time, self._shown(state))
+            event.note(time, self._shown(state.copy()))
             if event.is_last():
                 self.end = time, state
                 return f"event {event.number} ended the run at t = {time:g}"
@@ -71,7 +71,7 @@ class Watch:
 
         def value(time):
             states[time] = self._within(self._t, self._z, time)
-            return event.value(time, self._shown(states[time]))
+            return event.value(time, self._shown(states[time].copy()))
 
         time = root(value, self._t, t, event.last, late)
         return time, states[time]
@@ -107,10 +107,14 @@ class _Event:
 
     def value(self, t, z):
         """g, which must be a number."""
-        given = np.asarray(self._g(t, z.copy()))
-        if given.size != 1 or given.dtype.kind not in "biuf":
-            raise TypeError(f"{self._name}: must give a real number, gave {given!r} at t = {t:g}")
-        value = float(given.reshape(()))
+        value = self._g(t, z)
+        if not isinstance(value, float):
+            given = np.asarray(value)
+            if given.size != 1 or given.dtype.kind not in "biuf":
+                raise TypeError(
+                    f"{self._name}: must give a real number, gave {value!r} at t = {t:g}"
+                )
+            value = float(given.reshape(()))
         if math.isnan(value):
             raise ValueError(f"{self._name}: is nan at t = {t:g}")
         return value

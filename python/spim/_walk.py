@@ -40,7 +40,7 @@ def walk(
     if watch is not None:
         watch.bind(
             lambda t, z, time: state_within(system, chosen, z, t, time, method, options),
-            lambda z: chosen.back(z)[..., : system.size],
+            (lambda z: z) if isinstance(chosen, Raw) else chosen.shown,
         )
     run = _core.integrate(
         chosen.core,
