@@ -1,5 +1,6 @@
 """What a run can go on from."""
 
+import functools
 import zlib
 
 import numpy as np
@@ -25,10 +26,19 @@ class Checkpoint:
 
     def __init__(self, t, z, method, options, step, asked, system, core):
         self.t, self.z, self.method, self.step = t, z, method, step
-        self._options, self._asked, self._system = options, asked, _print_of(system)
+        self._options, self._asked, self._of = options, asked, system
         # Start of the grid; state as stepped, what is carried, step, steps to take again, whether
         # outputs alone were stepped; the whole state as stepped.
         self._t0, self._core, self._whole = core
+
+    @functools.cached_property
+    def _system(self):
+        """What tells the system from others."""
+        return _print_of(self._of)
+
+    def __getstate__(self):
+        rest = {name: value for name, value in self.__dict__.items() if name != "_of"}
+        return rest | {"_system": self._system}
 
     @property
     def _reached(self):

@@ -55,8 +55,7 @@ class FixedStep(OdeSolver):
         super().__init__(_called(fun) if compiled else fun, t0, y0, t_bound, vectorized)
         self._h, self._count, _ = _core.grid(t0, t_bound, _number("step", step))
         self._options, self._begin, self._k = options, t0, 0
-        self._raised = None
-        self._walker = None
+        self._raised = self._walker = self._made = None
 
     def _check(self, step, options):
         """Options by their names."""
@@ -92,7 +91,9 @@ class FixedStep(OdeSolver):
         return _core.Called("flow", self._rate, self.n, False)
 
     def _walk(self, t, y, h):
-        return _core.Walker(self._system(), None, None, y, t, h, self._method, self._options)
+        if self._made is None:
+            self._made = self._system()
+        return _core.Walker(self._made, None, None, y, t, h, self._method, self._options)
 
     def _refuse(self):
         """Why the method cannot treat the system, if so."""
