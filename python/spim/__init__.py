@@ -8,6 +8,7 @@ Start with `expm`, `Propagator`, or `integrate` and a system such as `LinearSyst
 
 from spim import damping, loads, models, tableau
 from spim._calls import cfunc_signature
+from spim._checkpoint import Checkpoint
 from spim._core import (
     ConvergenceError,
     InternalError,
@@ -36,7 +37,34 @@ from spim._systems import LinearSystem
 from spim._versions import __version__, show_versions
 from spim.tableau import RungeKutta
 
+# Classes for `scipy.integrate.solve_ivp`, made when they are asked for: SciPy is no need.
+_SOLVERS = (
+    "Gauss2",
+    "Gauss4",
+    "Gauss6",
+    "Gauss8",
+    "Gauss16",
+    "Verlet",
+    "Yoshida4",
+    "Yoshida6",
+    "Yoshida8",
+)
+
+
+def __getattr__(name):
+    if name in _SOLVERS:
+        from spim import _solve_ivp
+
+        return getattr(_solve_ivp, name)
+    raise AttributeError(f"module 'spim' has no attribute '{name}'")
+
+
+def __dir__():
+    return sorted({*globals(), *_SOLVERS})
+
+
 __all__ = [
+    "Checkpoint",
     "ConvergenceError",
     "FailedCase",
     "FlowSystem",

@@ -49,6 +49,10 @@ class WithBooks:
         """All that is stepped, (..., m)."""
         return z
 
+    def shown(self, z):
+        """The state itself."""
+        return z[: self._size]
+
     def outputs(self, matrix):
         """A map of states as one of what the core steps."""
         return np.hstack([matrix, np.zeros((len(matrix), self._stepped - self._size))])
@@ -70,6 +74,10 @@ class _Halved:
             return np.hstack([q @ self._back[0].T, p @ self._back[1].T])
 
         return in_pieces(2 * self._n, z, halves)
+
+    def shown(self, z):
+        """One state as the user knows it."""
+        return self.back(z)
 
     def outputs(self, matrix):
         return np.hstack(

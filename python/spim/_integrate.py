@@ -5,7 +5,10 @@ import warnings
 import numpy as np
 
 from spim._arrays import degrees, finite
+from spim._checkpoint import Checkpoint
+from spim._events import Watch
 from spim._progress import reporter
+from spim._solution import Solution
 from spim._systems import System
 from spim._walk import walk
 from spim.tableau import RungeKutta
@@ -15,13 +18,16 @@ def integrate(
     system,
     z0,
     t_span,
-    step,
+    step=None,
     *,
     method="auto",
     t_eval=None,
     every=1,
     outputs=None,
+    events=None,
+    callback=None,
     progress=None,
+    resume=None,
     throw=True,
     **options,
 ):
@@ -33,13 +39,13 @@ def integrate(
         What to integrate, ``z = [q; p]``: a `LinearSystem`, one of functions such as
         `HamiltonianSystem`, a model of ``spim.models``.
     z0 : array_like (m,)
-        State at ``t_span[0]``.
+        State at ``t_span[0]``; None with `resume`.
     t_span : (float, float)
         Start and end; backward if the end lies before the start.
     step : float
         Positive. A span that is no multiple of it is divided into ``ceil(span / step)`` equal
         steps, with a warning; a ratio within 1e-9 of an integer counts as that integer and keeps
-        `step`.
+        `step`. May be left out with `resume`.
     method : str or RungeKutta
         One of `methods`, or a tableau. "auto" takes the most exact one and says why in
         ``solution.method``.
@@ -52,9 +58,21 @@ def integrate(
     outputs : array_like (r, m), or sequence of int (r,), optional
         What to store in place of states: rows of a matrix, or numbers of components (degrees of
         freedom, for a structure's displacements), or a mask of them; ``solution.outputs`` has them.
+    events : callable or list of callable, optional
+        ``g(t, z) -> float``: an event is a change of its sign over a step, as SciPy's. Attributes
+        of the function: ``direction`` > 0 counts rising signs alone, < 0 falling ones;
+        ``terminal``, True or a count, ends the run there, with the last row at the event. Times are
+        found to rounding, by steps of the method itself from the start of the step; two changes
+        within one step are missed. ``solution.t_events`` and ``y_events`` have them.
+    callback : callable, optional
+        ``callback(t, z)``, called after every step, whatever is stored; False stops the run there.
     progress : bool or callable, optional
         True for a bar; a callable is called as ``progress(fraction, t)`` every 20 ms or so, and at
         the end of a run that gets there.
+    resume : Checkpoint or Solution, optional
+        Go on from the ``state`` of a run of the same system: ``integrate(system, None, (t1, t2),
+        resume=solution.state)``. Method, options and step are those of that run, and the grid is,
+        which ``t2`` must lie on; others are a `ValueError`. The same bits as without interruption.
     throw : bool
         False: a run that has begun and fails returns what it has, with ``success`` False, instead
         of raising. What fails before the first step is raised in any case.
@@ -102,19 +120,26 @@ def integrate(
         raise TypeError(
             f"method: must be a string or a spim.RungeKutta, got {type(method).__name__}"
         )
-    reason = None
-    if method == "auto" and system._preferred is not None:
-        method, reason = system._preferred
     t0, t1 = _span(t_span)
+    if resume is not None:
+        resume, method, step, options = _resumed(resume, system, z0, t0, method, step, options)
+    elif z0 is None:
+        raise TypeError("z0: is needed, unless resume= is given")
+    elif step is None:
+        raise TypeError("step: is needed: a positive number")
+    reason = None
+    if resume is None and method == "auto" and system._preferred is not None:
+        method, reason = system._preferred
     times = _times(t_eval, t0, t1, every)
     shown = None if outputs is None else _outputs(outputs, system.size)
+    watch = _watch(events, callback, resume is not None)
     with reporter(progress) as report:
         step = _number("step", step)
         system._warn_before(method, step)
         # Times between grid points are reached from states.
         kept = shown if times is None else None
-        run = walk(system, z0, t0, t1, step, method, every, options, report, kept)
-        if report is not None and run["error"] is None:
+        run = walk(system, z0, t0, t1, step, method, every, options, report, kept, resume, watch)
+        if report is not None and run["error"] is None and run["stopped"] is None:
             report(1.0, t1)
     if reason is not None:
         run["choice"] = "; ".join(filter(None, (f"auto: {reason}", run["choice"])))
@@ -126,6 +151,8 @@ def integrate(
         )
     _warn_beyond(system, t0, t1)
     solution = system._solution(run, options, kept is not None)
+    if events is not None:
+        solution.t_events, solution.y_events = watch.times(), watch.states(system.size)
     if times is not None:
         solution._restrict(times)
         if shown is not None:
@@ -135,6 +162,33 @@ def integrate(
         error.partial = solution
         raise error
     return solution
+
+
+def _resumed(resume, system, z0, t, method, step, options):
+    """The checkpoint, and what it says of method, step and options."""
+    if isinstance(resume, Solution):
+        resume = resume.state
+    if not isinstance(resume, Checkpoint):
+        raise TypeError(f"resume: must be a solution or its state, got {type(resume).__name__}")
+    if z0 is not None:
+        raise ValueError("z0: must be None with resume=, which has the state")
+    step = None if step is None else _number("step", step)
+    return resume, *resume._agree(system, t, method, step, options)
+
+
+def _watch(events, callback, resumed):
+    """What looks on, or None."""
+    if events is None and callback is None:
+        return None
+    if events is None:
+        events = ()
+    elif callable(events):
+        events = (events,)
+    elif not isinstance(events, list | tuple):
+        raise TypeError(
+            f"events: must be a function g(t, z) or a list of them, got {type(events).__name__}"
+        )
+    return Watch(events, callback, resumed)
 
 
 def _outputs(given, size):

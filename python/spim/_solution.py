@@ -8,6 +8,7 @@ from spim._arrays import finite
 from spim._balance import dissipated_and_work
 from spim._core import UnsupportedError
 from spim._save import save
+from spim._tangent import tangent
 from spim._walk import walk
 
 
@@ -33,12 +34,19 @@ class Solution:
         states.
     success : bool
     status : int
-        0: the end was reached; -1: the run failed, or was interrupted.
+        0: the end was reached; 1: an event or the callback ended the run; -1: it failed, or was
+        interrupted.
     message : str
         The reason, as a sentence.
     error : Exception or None
         What ended a run that failed.
+    t_events : list of ndarray (k,), or None
+        Times of the events found, an array for each function; None where none were given.
+    y_events : list of ndarray (k, m), or None
+        States at these times.
     """
+
+    t_events = y_events = None
 
     def __init__(self, system, run, options, shown=False):
         self.system = system
@@ -51,14 +59,18 @@ class Solution:
             self._rows = run["z"]
             if len(self.t):
                 self._start = float(self.t[0]), self._rows[0].copy()
-        self._every_step = len(self.t) == run["work"]["steps"] + 1
+        self._every_step = len(self.t) == run.get("taken", run["work"]["steps"]) + 1
+        self._checkpoint = run.get("state")
         self.step = run["h"]
         self.method = f"{run['method']} ({run['choice']})" if run["choice"] else run["method"]
         self.stats = dict(run["work"])
         self.error = error = run["error"]
         self.success = error is None
-        self.status = 0 if self.success else -1
-        self.message = "the end of the span was reached" if self.success else _sentence(error)
+        stopped = run.get("stopped")
+        self.status = -1 if error is not None else 0 if stopped is None else 1
+        self.message = stopped or "the end of the span was reached"
+        if error is not None:
+            self.message = _sentence(error)
 
     def __getattr__(self, name):
         # Asked for only where the attribute is not there.
@@ -70,6 +82,51 @@ class Solution:
         if name == "outputs":
             raise AttributeError("outputs: none were asked for; integrate(..., outputs=...) does")
         raise AttributeError(f"a Solution has no attribute '{name}'")
+
+    @property
+    def state(self):
+        """The `Checkpoint` the run has come to, whatever ended it, for ``integrate(..., resume=)``.
+
+        After a terminal event it lies at the event, where whoever goes on begins a grid of their
+        own; anywhere else the grid goes on, and the run is the uninterrupted one to the last bit.
+        """
+        if self._checkpoint is None:
+            raise UnsupportedError(
+                "state: trajectories that go side by side, as those of an ensemble, have none"
+            )
+        return self._checkpoint
+
+    def jacobian(self, t=None):
+        """The tangent map of the run, d z(t) / d z(start): the monodromy matrix, over a period.
+
+        Parameters
+        ----------
+        t : float, optional
+            Within the run; its end by default.
+
+        Returns
+        -------
+        ndarray (m, m)
+            Of linear systems: their own steps from unit states, without the load, as exact as the
+            method. Of others: the product of the tangent maps of single steps, each by central
+            differences of order 8 of the step from a fresh start, which leave 1e-14 to 1e-13 of
+            the largest entry a step; 8 m steps a step, or more where the distance of differences
+            must shrink.
+
+        Raises
+        ------
+        ValueError
+            `t` outside the run.
+        ModelError, ConvergenceError
+            A step beside the run fails.
+        """
+        # Rows of outputs say that they are none.
+        _ = self._rows
+        start, end = self._start[0], self.t[-1] if self._checkpoint is None else self._checkpoint.t
+        t = end if t is None else float(finite("t", t, ()))
+        if not min(start, end) <= t <= max(start, end):
+            raise ValueError(f"t: {t} is outside the run, from {start} to {end}")
+        return tangent(self, t)
 
     def _show(self, matrix):
         """Keeps outputs in place of states."""

@@ -6,18 +6,25 @@ use std::time::{Duration, Instant};
 use crate::error::{Error, Result};
 use crate::propagate::Clock;
 
-/// Something that sees every step and may end the run with a sentence.
+/// Something that sees where a run begins and every step, and may end it with a sentence.
 pub trait Observer {
     /// Sees the state at step `step`, time `t`.
-    fn observe(&mut self, step: u64, t: f64, z: &[f64]) -> ControlFlow<String>;
+    ///
+    /// # Errors
+    /// What ends the run; the step has been taken.
+    fn observe(&mut self, step: u64, t: f64, z: &[f64]) -> Result<ControlFlow<String>>;
 }
 
-/// Stores every `every`-th state, and the last one if asked, in memory the caller owns.
+/// Stores every `every`-th state from where a run begins, and the last one if asked, in memory the
+/// caller owns.
 pub struct Recorder<'a> {
     t: &'a mut [f64],
     z: &'a mut [f64],
     every: u64,
     last: Option<u64>,
+    /// The step the run begins with, and the one stored last.
+    first: u64,
+    newest: u64,
     rows: usize,
     outputs: Option<&'a Outputs>,
 }
@@ -74,7 +81,7 @@ impl<'a> Recorder<'a> {
     /// `t`: one double a row, or empty where nobody asks for times; `z`: one state a row; `last`: the
     /// number of a step to store whatever `every` says.
     pub fn new(t: &'a mut [f64], z: &'a mut [f64], every: u64, last: Option<u64>) -> Self {
-        Recorder { t, z, every, last, rows: 0, outputs: None }
+        Recorder { t, z, every, last, first: 0, newest: 0, rows: 0, outputs: None }
     }
 
     /// Stores outputs in place of states: `z` has room for one row of them each.
@@ -102,23 +109,42 @@ impl<'a> Recorder<'a> {
             *t = clock.t(step + 1 + i as u64);
         }
         self.rows += done;
+        self.newest = step + done as u64;
+    }
+
+    /// Stores where a run begins.
+    pub(crate) fn start(&mut self, step: u64, t: f64, z: &[f64]) {
+        self.first = step;
+        self.store(step, t, z);
     }
 
     /// Stores a state if it is one to store.
     pub(crate) fn record(&mut self, step: u64, t: f64, z: &[f64]) {
-        if step.is_multiple_of(self.every) || self.last == Some(step) {
-            if let Some(row) = self.t.get_mut(self.rows) {
-                *row = t;
-            }
-            match self.outputs {
-                None => self.z[self.rows * z.len()..][..z.len()].copy_from_slice(z),
-                Some(outputs) => {
-                    let width = outputs.width();
-                    outputs.write(z, &mut self.z[self.rows * width..][..width]);
-                }
-            }
-            self.rows += 1;
+        if (step - self.first).is_multiple_of(self.every) || self.last == Some(step) {
+            self.store(step, t, z);
         }
+    }
+
+    /// Stores where a run has been stopped.
+    pub(crate) fn end(&mut self, step: u64, t: f64, z: &[f64]) {
+        if self.newest != step {
+            self.store(step, t, z);
+        }
+    }
+
+    fn store(&mut self, step: u64, t: f64, z: &[f64]) {
+        if let Some(row) = self.t.get_mut(self.rows) {
+            *row = t;
+        }
+        match self.outputs {
+            None => self.z[self.rows * z.len()..][..z.len()].copy_from_slice(z),
+            Some(outputs) => {
+                let width = outputs.width();
+                outputs.write(z, &mut self.z[self.rows * width..][..width]);
+            }
+        }
+        self.rows += 1;
+        self.newest = step;
     }
 }
 

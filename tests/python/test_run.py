@@ -4,6 +4,8 @@ import pickle
 
 import numpy as np
 import pytest
+from systems import LOADS, every, step_of
+from systems import force as spring
 
 import spim
 
@@ -86,6 +88,7 @@ def test_growth_beyond_doubles_is_an_error():
 @pytest.mark.parametrize(
     ("arguments", "error", "words"),
     [
+        ({"system": None, "z0": [1.0], "step": 1.0, "pade": 2}, TypeError, "give method= as well"),
         ({"system": 3, "z0": [1.0], "step": 1.0}, TypeError, "system"),
         ({"system": None, "z0": [1.0, 2.0], "step": 1.0}, ValueError, "z0: must have shape"),
         ({"system": None, "z0": [1.0], "step": 0.0}, ValueError, "step: must be positive"),
@@ -108,3 +111,70 @@ def test_a_copy_goes_on_from_where_its_run_is():
     other = pickle.loads(pickle.dumps(run))
     assert other.t == run.t
     assert (other.step(force=[1.0, 0.0]) == run.step(force=[1.0, 0.0])).all()
+
+
+FREE = [name for name, (system, _) in every().items() if system.load is None]
+
+
+@pytest.mark.parametrize("name", FREE)
+def test_runs_by_a_method_are_integrate_to_the_last_bit(name):
+    system, z0 = every()[name]
+    h = step_of(name)
+    for method in ("auto", "gauss6", "rk4"):
+        whole = spim.integrate(system, z0, (1.0, 1.0 + 80 * h), h, method=method)
+        run = spim.Run(system, z0, step=h, t0=1.0, method=method)
+        states = [run.step() for _ in range(40)]
+        saved, other = run.checkpoint(), pickle.dumps(run) if name == "kepler" else None
+        states += [run.step() for _ in range(40)]
+        assert np.array_equal(states, whole.z[1:]), method
+        assert np.array_equal(run.state, states[-1])
+        assert run.t == pytest.approx(1.0 + 80 * h)
+        run.restore(saved)
+        assert run.t == pytest.approx(1.0 + 40 * h)
+        assert np.array_equal([run.step() for _ in range(40)], states[40:])
+        if other is not None:
+            again = pickle.loads(other)
+            assert np.array_equal([again.step() for _ in range(40)], states[40:])
+
+
+def test_a_state_that_is_set_is_a_new_start_of_a_method():
+    system = spim.SeparableSystem(spring, mass=[1.0])
+    run = spim.Run(system, [1.0, 0.0], step=0.1)
+    for _ in range(10):
+        run.step()
+    run.state = [0.5, -0.5]
+    whole = spim.integrate(system, [0.5, -0.5], (1.0, 2.0), 0.1)
+    assert np.abs(np.array([run.step() for _ in range(10)]) - whole.z[1:]).max() <= 1e-15
+
+
+def test_what_runs_by_a_method_do_not_take():
+    system = spim.SeparableSystem(spring, mass=[1.0])
+    run = spim.Run(system, [1.0, 0.0], step=0.1, method="verlet")
+    with pytest.raises(spim.UnsupportedError, match="force: acts on linear systems"):
+        run.step([1.0])
+    with pytest.raises(TypeError, match="of a run without a method"):
+        run.restore((3, [1.0, 0.0]))
+    with pytest.raises(spim.UnsupportedError, match="separable"):
+        spim.Run(spim.HamiltonianSystem(1, spring), [1.0, 0.0], step=0.1, method="verlet")
+    loaded = spim.StructuralSystem(M, K, load=LOADS["harmonic"])
+    with pytest.raises(spim.UnsupportedError, match="under a load is stepped exactly"):
+        spim.Run(loaded, loaded.state(), step=0.1, method="newmark")
+
+
+def test_a_step_that_fails_can_be_taken_again():
+    fails = [True]
+
+    def sometimes(t, q):
+        if t > 0.45 and fails:
+            fails.clear()
+            raise ZeroDivisionError("mine")
+        return spring(t, q)
+
+    run = spim.Run(spim.SeparableSystem(sometimes, mass=[1.0]), [1.0, 0.0], step=0.1)
+    states = [run.step() for _ in range(4)]
+    with pytest.raises(ZeroDivisionError, match="mine"):
+        run.step()
+    assert run.t == pytest.approx(0.4)
+    states += [run.step() for _ in range(6)]
+    whole = spim.integrate(spim.SeparableSystem(spring, mass=[1.0]), [1.0, 0.0], (0.0, 1.0), 0.1)
+    assert np.array_equal(states, whole.z[1:])

@@ -90,6 +90,10 @@ impl<W: Walk, S: ?Sized> Stepper<S> for LinearSteps<W> {
         result.map_err(|error| located(error, reached, clock.t(reached)))
     }
 
+    fn block(&self) -> u64 {
+        self.blocks.width() as u64
+    }
+
     fn whole(&self, k: u64, state: &State) -> Result<Vec<f64>> {
         match (self.shown, k) {
             (0, 0) => Ok(self.first.clone()),

@@ -19,6 +19,7 @@ mod runge_kutta;
 mod spim_fitted;
 mod spim_nonlinear;
 mod splitting;
+mod tangent;
 mod turn;
 mod two_term;
 
@@ -26,6 +27,7 @@ use std::sync::Arc;
 
 pub use linear::{correction, output_method, trajectory_method};
 pub use options::{OptionInfo, Options, Value, nearest};
+pub use tangent::Tangent;
 
 use crate::error::{Error, Result};
 use crate::linalg::dense::Watch;
@@ -111,6 +113,12 @@ pub trait Stepper<S: ?Sized>: Send {
         Ok(())
     }
 
+    /// Steps for which a load is asked at once: what there is at a step may know it to the end of the
+    /// block that holds the step, or of the run.
+    fn block(&self) -> u64 {
+        1
+    }
+
     /// The whole state after step `k`, where `state.z` holds outputs.
     ///
     /// # Errors
@@ -141,6 +149,8 @@ pub trait Step: Send {
         rows: &mut [f64],
         done: &mut usize,
     ) -> Result<()>;
+    /// See [`Stepper::block`].
+    fn block(&self) -> u64;
     /// See [`Stepper::whole`].
     ///
     /// # Errors
@@ -184,6 +194,9 @@ impl<M: Stepper<S>, S: ?Sized + Send + Sync> Step for Bound<M, S> {
         done: &mut usize,
     ) -> Result<()> {
         self.method.fill(&self.system, k, clock, state, rows, done, &mut self.work)
+    }
+    fn block(&self) -> u64 {
+        self.method.block()
     }
     fn whole(&self, k: u64, state: &State) -> Result<Vec<f64>> {
         self.method.whole(k, state)

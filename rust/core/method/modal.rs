@@ -43,6 +43,10 @@ impl Modal {
 }
 
 impl Stepper<Linear> for Modal {
+    fn block(&self) -> u64 {
+        AHEAD
+    }
+
     fn step(
         &mut self,
         _: &Linear,

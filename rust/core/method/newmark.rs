@@ -99,6 +99,10 @@ impl Stepper<Structural> for Newmark {
         (2 * self.work[NEXT].len()).div_ceil(8)
     }
 
+    fn block(&self) -> u64 {
+        AHEAD as u64
+    }
+
     fn step(
         &mut self,
         system: &Structural,

@@ -1,5 +1,6 @@
 //! Systems and `integrate`: one walk in, arrays out.
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use numpy::PyUntypedArrayMethods;
@@ -7,8 +8,9 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use spim::expm::{Recipe, Scheme};
+use spim::linalg::kernel::{doubles, doubles_mut};
 use spim::method::{self, METHODS, MethodInfo, Options, State, Value};
-use spim::observe::{Outputs, Poll, Recorder};
+use spim::observe::{Observer, Outputs, Poll, Recorder};
 use spim::propagate::{Clock, End, propagate};
 use spim::system::{self, Flow, Generator, Hamiltonian, Problem};
 
@@ -102,15 +104,23 @@ impl Linear {
 }
 
 /// Mass, damping, gyroscopic matrix and stiffness of a structure, for the methods that want them.
-type Matrices<'py> = [Bound<'py, PyAny>; 4];
+pub type Matrices<'py> = [Bound<'py, PyAny>; 4];
 
 /// Walks a system through time.
 ///
 /// With `outputs`, a matrix of m columns, rows of z are these outputs of states.
 ///
-/// Returns a dict: t, z, last (the state reached), h, steps, uneven, choice, work, error (None or the exception), stopped.
+/// `resume`: what came back as `state` of a run that began at `t0` with the same signed `step`; `z0`
+/// is then the `last` of that run. `watch(step, t, z)` sees where the run begins and each step; text
+/// that it returns stops the run.
+///
+/// Returns a dict: t, z, last (the state reached), state, h, steps, uneven, choice, work, error (None
+/// or the exception), stopped.
 #[pyfunction]
-#[pyo3(signature = (system, matrices, load, z0, t0, t1, step, method, every, outputs, options, progress))]
+#[pyo3(signature = (
+    system, matrices, load, z0, t0, t1, step, method, every, outputs, options, progress, resume=None,
+    watch=None
+))]
 #[allow(clippy::too_many_arguments)]
 pub fn integrate<'py>(
     system: &Bound<'py, PyAny>,
@@ -125,6 +135,8 @@ pub fn integrate<'py>(
     outputs: Option<&Bound<'py, PyAny>>,
     options: &Bound<'py, PyDict>,
     progress: Option<Py<PyAny>>,
+    resume: Option<&Bound<'py, PyAny>>,
+    watch: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let py = system.py();
     let info = method::find(method).map_err(to_python)?;
@@ -139,7 +151,14 @@ pub fn integrate<'py>(
     }
     convert::check_finite("z0", z0.shape(), slice(&z0))?;
     let every = convert::every(every)?;
-    let (clock, uneven) = Clock::new(t0, t1, step).map_err(to_python)?;
+    let resumed = resume.map(Resumed::of).transpose()?;
+    let (clock, uneven) = match &resumed {
+        Some(resumed) => (Clock::resumed(t0, step, resumed.reached(), t1), false),
+        None => Clock::new(t0, t1, step)
+            .map_or_else(|error| (Err(error), false), |(clock, uneven)| (Ok(clock), uneven)),
+    };
+    let clock = clock.map_err(to_python)?;
+    let from = resumed.as_ref().map_or(0, Resumed::reached);
     let options = options_of(options)?;
     options.check(info).map_err(to_python)?;
     if let (true, Some(linear)) = (info.needs.is_exponential(), problem.linear()) {
@@ -149,7 +168,7 @@ pub fn integrate<'py>(
         };
         warn_of_size(py, m, recipe, f64::INFINITY, clock.h, linear.matrix())?;
     }
-    let rows = Recorder::rows_for(clock.steps, every, true).map_err(to_python)?;
+    let rows = Recorder::rows_for(clock.steps - from, every, true).map_err(to_python)?;
     let wanted = outputs.map(|given| convert::copied("outputs", &real("outputs", given)?));
     let wanted = wanted.transpose()?;
     let outputs = wanted.as_ref().map(|wanted| Outputs::new(wanted, m)).transpose();
@@ -160,12 +179,21 @@ pub fn integrate<'py>(
     let (times, states) = (slice_mut(&t), slice_mut(&z));
     let run = || -> spim::Result<_> {
         let mut signals = watch::signals();
-        let few = match (&wanted, info.name) {
-            (Some(wanted), "auto") => {
+        // Whoever looks on wants whole states; what is resumed goes on as it was.
+        let may = watch.is_none() && resumed.as_ref().is_none_or(|resumed| resumed.few);
+        let few = match (&wanted, info.name, may) {
+            (Some(wanted), "auto", true) => {
                 method::output_method(&problem, clock.h, &options, wanted, &start, &mut signals)?
             }
             _ => None,
         };
+        let is_few = few.is_some();
+        if resumed.as_ref().is_some_and(|resumed| resumed.few != is_few) {
+            return Err(spim::Error::argument(
+                "resume: its run stepped outputs alone; give the same outputs=, and nothing that \
+                 looks on",
+            ));
+        }
         let mut recorder = Recorder::new(times, states, every, Some(clock.steps));
         let mut first = start.clone();
         let mut method = match (few, &outputs) {
@@ -180,24 +208,60 @@ pub fn integrate<'py>(
             }
         };
         let mut state = State::new(&first, &*method)?;
+        let mut kept = None;
+        if let Some(resumed) = &resumed {
+            resumed.put(&mut state)?;
+            kept = Some((resumed.step, state.clone()));
+            for k in resumed.step..from {
+                method.step(k, clock.t(k), &mut state)?;
+                signals()?;
+            }
+        }
+        let mut looks_on = watch.map(Watcher);
+        let mut observers: Vec<&mut dyn Observer> = Vec::new();
+        observers.extend(looks_on.as_mut().map(|watcher| watcher as &mut dyn Observer));
         let mut check = |step: u64, t: f64| look(progress.as_ref(), step, &clock, t);
         let mut poll = Poll::new(&mut check);
-        let outcome =
-            propagate(&mut *method, &clock, 0, &mut state, &mut recorder, &mut [], &mut poll);
+        // A block that the end of the run cuts knows no load beyond: whoever goes on from there makes
+        // it anew, from the last step before it.
+        let load = problem.linear().and_then(|linear| linear.load());
+        let block = load.map_or(1, |_| method.block());
+        let cut = match block {
+            1 => clock.steps,
+            _ => (clock.steps - clock.steps % block).saturating_sub(1),
+        };
+        let recorder = &mut recorder;
+        let method = &mut *method;
+        let (one, two) = (from..cut.max(from), cut.max(from)..clock.steps);
+        let mut outcome =
+            propagate(method, &clock, one, &mut state, recorder, &mut observers, &mut poll);
+        if cut >= from {
+            kept = Some((outcome.step, state.clone()));
+        }
+        if !two.is_empty() && matches!(outcome.end, End::Finished) {
+            outcome =
+                propagate(method, &clock, two, &mut state, recorder, &mut observers, &mut poll);
+        }
         let mut last = method.whole(outcome.step, &state)?;
         last.truncate(m);
-        Ok((outcome, method.work(), method.choice().to_string(), last))
+        let kept = kept.unwrap_or((outcome.step, state));
+        Ok((outcome, method.work(), method.choice().to_string(), last, kept, is_few))
     };
     // Functions in Python need the interpreter at every call: taking it each time costs as much as the call.
     let python = system.cast::<Called>().is_ok_and(|called| called.get().is_python());
     let ran = if python { guarded(run)? } else { py.detach(|| guarded(run))? };
-    let (outcome, work, choice, last) = ran.map_err(to_python)?;
+    let (outcome, work, choice, last, (kept_step, kept), is_few) = ran.map_err(to_python)?;
     let result = PyDict::new(py);
     result.set_item("t", convert::first_rows(&t, outcome.rows)?)?;
     result.set_item("z", convert::first_rows(&z, outcome.rows)?)?;
     let end = convert::empty(py, &[m])?;
     slice_mut(&end).copy_from_slice(&last);
     result.set_item("last", end)?;
+    let carried = convert::empty(py, &[kept.carried.len(), 8])?;
+    slice_mut(&carried).copy_from_slice(doubles(&kept.carried));
+    let z = convert::empty(py, &[kept.z.len()])?;
+    slice_mut(&z).copy_from_slice(&kept.z);
+    result.set_item("state", (z, carried, kept_step, outcome.step - kept_step, is_few))?;
     result.set_item("h", clock.h)?;
     result.set_item("steps", outcome.step)?;
     result.set_item("uneven", uneven)?;
@@ -216,6 +280,60 @@ pub fn integrate<'py>(
     result.set_item("error", error.map(|error| error.into_value(py)))?;
     result.set_item("stopped", stopped)?;
     Ok(result)
+}
+
+/// A state to go on from: that at step `step`, and how many steps to take from there before anything
+/// is new.
+struct Resumed {
+    z: Vec<f64>,
+    carried: Vec<f64>,
+    step: u64,
+    ahead: u64,
+    /// Whether z holds outputs.
+    few: bool,
+}
+
+impl Resumed {
+    fn of(given: &Bound<'_, PyAny>) -> PyResult<Resumed> {
+        let (z, carried, step, ahead, few): (Bound<'_, PyAny>, Bound<'_, PyAny>, u64, u64, bool) =
+            given.extract()?;
+        let numbers = |name: &str, given: &Bound<'_, PyAny>| {
+            real(name, given).and_then(|array| convert::copied(name, &array))
+        };
+        let (z, carried) = (numbers("resume", &z)?, numbers("resume", &carried)?);
+        Ok(Resumed { z, carried, step, ahead, few })
+    }
+
+    fn reached(&self) -> u64 {
+        self.step.saturating_add(self.ahead)
+    }
+
+    fn put(&self, state: &mut State) -> spim::Result<()> {
+        let carried = doubles_mut(&mut state.carried);
+        if self.z.len() != state.z.len() || self.carried.len() != carried.len() {
+            return Err(spim::Error::argument(
+                "resume: the state is that of another method or of another system",
+            ));
+        }
+        state.z.copy_from_slice(&self.z);
+        carried.copy_from_slice(&self.carried);
+        Ok(())
+    }
+}
+
+/// `watch(step, t, z)`, which may return text.
+struct Watcher(Py<PyAny>);
+
+impl Observer for Watcher {
+    fn observe(&mut self, step: u64, t: f64, z: &[f64]) -> spim::Result<ControlFlow<String>> {
+        Python::attach(|py| {
+            let state = convert::empty(py, &[z.len()])?;
+            slice_mut(&state).copy_from_slice(z);
+            let said: Option<String> = self.0.call1(py, (step, t, state))?.extract(py)?;
+            Ok(said.map_or(ControlFlow::Continue(()), ControlFlow::Break))
+        })
+        .map_err(from_python)
+    }
 }
 
 /// The system as methods see it, under its load, which depends on the method.
@@ -257,9 +375,15 @@ pub fn problem_of(
     Ok(Problem::Structural(Arc::new(structure.check().map_err(to_python)?)))
 }
 
-/// The grid of a run: signed step, number of steps, and whether the span was no multiple of the step.
+/// The grid of a run: signed step, number of steps, and whether the span was no multiple of the step;
+/// of a run that goes on from step `resumed` with a signed step, the number since its start.
 #[pyfunction]
-pub fn grid(t0: f64, t1: f64, step: f64) -> PyResult<(f64, u64, bool)> {
+#[pyo3(signature = (t0, t1, step, resumed=None))]
+pub fn grid(t0: f64, t1: f64, step: f64, resumed: Option<u64>) -> PyResult<(f64, u64, bool)> {
+    if let Some(from) = resumed {
+        let clock = Clock::resumed(t0, step, from, t1).map_err(to_python)?;
+        return Ok((clock.h, clock.steps, false));
+    }
     let (clock, uneven) = Clock::new(t0, t1, step).map_err(to_python)?;
     Ok((clock.h, clock.steps, uneven))
 }
@@ -278,7 +402,7 @@ fn look(progress: Option<&Py<PyAny>>, step: u64, clock: &Clock, t: f64) -> spim:
     .map_err(from_python)
 }
 
-fn options_of(given: &Bound<'_, PyDict>) -> PyResult<Options> {
+pub fn options_of(given: &Bound<'_, PyDict>) -> PyResult<Options> {
     let mut options = Vec::new();
     for (name, value) in given {
         if value.is_none() {

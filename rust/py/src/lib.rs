@@ -14,6 +14,7 @@ mod phi;
 mod propagator;
 mod run;
 mod states;
+mod walker;
 mod watch;
 
 use pyo3::prelude::*;
@@ -46,6 +47,8 @@ mod _core {
     use super::propagator::Propagator;
     #[pymodule_export]
     use super::run::Stepper;
+    #[pymodule_export]
+    use super::walker::Walker;
     #[pymodule_export]
     use super::{build_info, kernel_level};
 }

@@ -328,7 +328,15 @@ fn walk(
     let mut recorder = Recorder::new(&mut [], out, every, None);
     let mut check = |_: u64, _: f64| signals();
     let mut poll = Poll::new(&mut check);
-    let outcome = propagate(&mut *method, &clock, 0, &mut state, &mut recorder, &mut [], &mut poll);
+    let outcome = propagate(
+        &mut *method,
+        &clock,
+        0..clock.steps,
+        &mut state,
+        &mut recorder,
+        &mut [],
+        &mut poll,
+    );
     let error = match outcome.end {
         End::Failed(error) => Some(error),
         _ => None,
