@@ -53,7 +53,7 @@ def heyoka_run(system, start, span, tolerance, back=None, real=float, **options)
         From 0.
     tolerance : float
     back : callable, optional
-        From its state to ours; apart from the time measured it is nothing.
+        From its state to ours, within the time that is measured.
     real : type
         Of its floats.
     """

@@ -5,29 +5,24 @@
 compiled before (told apart). Steps and tolerances are scanned for both, and heyoka's equations are
 taken in the canonical variables and with velocities, in compact mode and not; rows are those that
 nothing of their kind beats. Errors are the largest of the four components, in SI units, against
-heyoka in the longest floats of the machine. Then the paper's own schemes at its steps, and right
-sides of one's own: a numba cfunc beside heyoka, Python functions beside SciPy's DOP853. Medians over
-interleaved repeats. Half a minute; peers need ``pip install heyoka numba scipy``::
+heyoka in the longest floats of the machine. Then the paper's own schemes at its steps. Medians over
+interleaved repeats. Half a minute; needs ``pip install heyoka`` for the peer::
 
     python benches/python/pendulum_speed.py [--markdown] [--quick]
 """
 
 import argparse
 import itertools
-import math
 
 import numpy as np
-from _peers import forget_compiled, heyoka_run, longest, medians, missing, unbeaten
+from _peers import forget_compiled, medians, missing, unbeaten
+from _pendulum import FORMS, SPAN, START, ours, reference, taylor
 from _table import show
 
 import spim
 
-SPAN = 10.0
-START = (0.1, math.pi / 6.0, 0.0, 0.0)
 # Steps in the span, by stages.
 STEPS = {
-    1: (100_000,),
-    2: (10_000, 20_000, 40_000),
     3: (2000, 3000, 4000, 6000),
     4: (600, 800, 1000, 1200, 1600, 2000),
     6: (250, 300, 350, 400, 450, 500, 600),
@@ -37,82 +32,9 @@ STEPS = {
 }
 GAUSS = ("gauss16", "gauss24", "gauss32")
 TOLERANCES = (1e-9, 1e-10, 1e-11, 1e-12, 1e-13, 1e-14, 1e-15, 2.0**-52)
-FORMS = ("canonical", "velocities")
 BOUNDS = (2e-14, 1e-12)
 # Larger errors are no rows.
 WORST = 1e-8
-
-
-def constants():
-    """Numbers of the model: inertia, bead mass, distance at rest, stiffness, gravity, M L/2."""
-    M, L, m, k, g = 1.0, 1.0, 0.1, 100.0, 9.81914
-    real = longest() if missing("heyoka") is None else float
-    M, L, m, k, g = map(real, (M, L, m, k, g))
-    return M * L * L / 3, m, L + m * g / k, k, g, M * L / 2
-
-
-def taylor(form, tolerance, real=float, **options):
-    """A run with heyoka, in canonical variables or with velocities."""
-    import heyoka as hy
-
-    inertia, m, rest, k, g, arm = (hy.expression(real(v)) for v in constants())
-    x, theta = hy.make_vars("x", "theta")
-    bead = rest + x
-    sin, cos = hy.sin(theta), hy.cos(theta)
-    if form == "canonical":
-        px, ptheta = hy.make_vars("px", "ptheta")
-        rate = ptheta / (inertia + m * bead * bead)
-        system = [
-            (x, px / m),
-            (theta, rate),
-            (px, m * bead * rate * rate - k * x - m * g * (1.0 - cos)),
-            (ptheta, -(arm + m * bead) * g * sin),
-        ]
-        return heyoka_run(system, START, SPAN, tolerance, None, real, **options)
-    v, rate = hy.make_vars("v", "rate")
-    system = [
-        (x, v),
-        (theta, rate),
-        (v, bead * rate * rate - k / m * x - g * (1.0 - cos)),
-        (
-            rate,
-            -((arm + m * bead) * g * sin + 2.0 * m * bead * v * rate) / (inertia + m * bead * bead),
-        ),
-    ]
-    numbers = [float(value) for value in constants()]
-
-    def canonical(z):
-        inertia, m, rest = numbers[:3]
-        x, theta, v, rate = z
-        return np.array([x, theta, m * v, (inertia + m * (rest + x) ** 2) * rate])
-
-    return heyoka_run(system, START, SPAN, tolerance, canonical, real, **options)
-
-
-def ours(method, steps, system=None, **options):
-    """A run with spim as a function."""
-    system = spim.models.CompoundPendulum() if system is None else system
-
-    def run():
-        solution = spim.integrate(
-            system, START, (0.0, SPAN), SPAN / steps, method=method, every=steps, **options
-        )
-        return solution.z[-1]
-
-    return run
-
-
-def reference():
-    """The state at the end, and how it was found."""
-    own = ours("gauss32", 400)()
-    if missing("heyoka"):
-        return own, "spim's gauss32 in 400 steps"
-    real = longest()
-    eps = np.finfo(real).eps
-    right = taylor("canonical", eps, real, compact_mode=True, high_accuracy=True)[0]()
-    apart = float(np.abs(own - right).max())
-    assert apart <= 1e-14, apart
-    return right, f"heyoka with eps = {eps:.0e}, {apart:.0e} from gauss32 in 400 steps"
 
 
 def stages(name):
@@ -123,24 +45,18 @@ def stages(name):
 def own_cases():
     """(kind, label, setting, run, seconds to compile) of spim's methods."""
     for record in spim.methods():
-        name = str(getattr(record, "name", record))
+        name = record.name
         if name not in GAUSS and not name.startswith("lawson_gauss"):
             continue
-        # One or two stages never get there.
-        if stages(name) < 3:
+        # Fewer stages never get there.
+        if stages(name) not in STEPS:
             continue
-        endings = ("minimal", "tolerance") if "roundoff" in options_of(record) else (None,)
+        endings = ("minimal", "tolerance") if "roundoff" in record.options else (None,)
         for ending, steps in itertools.product(endings, STEPS[stages(name)]):
             options = {} if ending is None else {"roundoff": ending}
             label = name if ending is None else f"{name}, {ending}"
-            free = ending == "minimal"
-            kind = "spim, drift-free" if free else "spim"
+            kind = "spim, drift-free" if ending == "minimal" else "spim"
             yield kind, label, f"{steps} steps", ours(name, steps, **options), 0.0
-
-
-def options_of(record):
-    """Names of the options of a method."""
-    return [getattr(option, "name", option) for option in getattr(record, "options", ())]
 
 
 def heyoka_cases(quick):
@@ -155,7 +71,7 @@ def heyoka_cases(quick):
 
 
 def native(right, quick, markdown):
-    """The first table; the best times of heyoka at the bounds, by interpolation between none."""
+    """The first table; the best (seconds, name) by kind and bound of the error."""
     cases = list(own_cases())
     if missing("heyoka") is None:
         cases += heyoka_cases(quick)
