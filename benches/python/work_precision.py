@@ -331,16 +331,19 @@ def plot(path, measured):
     import matplotlib.pyplot as plt
 
     figure, panels = plt.subplots(1, len(measured), figsize=(12.0, 5.0), layout="constrained")
-    methods = list(dict.fromkeys(method for found in measured.values() for method in found))
-    peers = [method for method in methods if not method.startswith("spim")]
+
+    def shown(found):
+        """Of two endings the faster alone, or there would be too many lines."""
+        return [m for m in found if m.replace("minimal", "tolerance") not in found.keys() - {m}]
+
+    methods = list(dict.fromkeys(m for found in measured.values() for m in shown(found)))
+    own = [method for method in methods if method.startswith("spim")]
+    peers = [method for method in methods if method not in own]
     for ax, (name, found) in zip(np.atleast_1d(panels), measured.items(), strict=True):
-        for method, (points, _) in found.items():
-            errors, seconds = np.transpose(points)
-            style = "s--" if method in peers else "o-"
-            color = f"C{methods.index(method) % 10}"
-            # The faster ending alone, or there would be too many lines.
-            if method.endswith(", minimal") and method.replace("minimal", "tolerance") in found:
-                continue
+        for method in shown(found):
+            errors, seconds = np.transpose(found[method][0])
+            style, group = ("o-", own) if method in own else ("s--", peers)
+            color = f"C{group.index(method) % 10}"
             ax.loglog(seconds * 1e3, errors, style, color=color, label=method, markersize=3)
         ax.set(title=name, xlabel="time, ms (median)", ylabel="largest error at the end")
         ax.grid(alpha=0.3)
