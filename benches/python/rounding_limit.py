@@ -12,6 +12,7 @@ Runs go on as many threads as there are cores; the times of a step are those of 
 Forty minutes on two cores, a minute with ``--quick``; the plot needs Matplotlib::
 
     python benches/python/rounding_limit.py [--markdown] [--quick] [--plot docs/rounding_limit.svg]
+        [--steps 10000000] [--states 32] [--long 100000000]
 """
 
 import argparse
@@ -27,7 +28,6 @@ import spim
 
 U = 2.0**-53
 METHODS = ("lawson_gauss8", "gauss16")
-STATES = 32
 real = np.longdouble
 
 
@@ -134,11 +134,8 @@ def slope(counts, sizes):
     return float(np.polyfit(np.log(counts), np.log(sizes), 1)[0])
 
 
-def rows(quick, pool):
+def rows(most, states, decades, pool):
     """Cells of the first table."""
-    most = 100_000 if quick else 10_000_000
-    states = 8 if quick else STATES
-    decades = [10**d for d in range(4, 8) if 10**d <= most]
     counts = np.array([m * d for d in decades for m in (1, 2, 5) if m * d <= most])
     for problem in (HenonHeiles(), Chain(), Pendulum()):
         starts = problem.states(states)
@@ -224,18 +221,25 @@ def main():
     """Print tables and draw."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--markdown", action="store_true")
-    parser.add_argument("--quick", action="store_true", help="1e5 steps, 8 states; 1e6 of the last")
+    parser.add_argument("--quick", action="store_true", help="1e5 steps, 8 states, 1e6 of the last")
+    parser.add_argument("--steps", type=int, default=10**7, metavar="N", help="most of 32 states")
+    parser.add_argument("--states", type=int, default=32, metavar="K")
+    parser.add_argument("--long", type=int, default=10**8, metavar="N", help="of one dof")
     parser.add_argument("--plot", metavar="FILE")
     given = parser.parse_args()
-    steps = 1_000_000 if given.quick else 100_000_000
+    most, states, steps = given.steps, given.states, given.long
+    if given.quick:
+        most, states, steps = 10**5, 8, 10**6
+    if most < 10**5 or steps < 10**5:
+        parser.error("--steps, --long: 100000 or more, or there is no slope")
+    decades = [10**d for d in range(4, 10) if 10**d <= most]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        most, states = (5, 8) if given.quick else (7, STATES)
         head = ["system", "method", "step", "halving gains", "largest", "10 u sqrt(N)"]
-        head += [f"RMS, 1e{d}" for d in range(4, most + 1)] + ["slope", "ns a step"]
-        print(f"RMS over {states} states; largest to 1e{min(most, 6)} steps\n")
-        show(head, rows(given.quick, pool), given.markdown, width=14)
+        head += [f"RMS, {d:.0e}" for d in decades] + ["slope", "ns a step"]
+        print(f"RMS over {states} states; largest to {min(most, 10**6):.0e} steps\n")
+        show(head, rows(most, states, decades, pool), given.markdown, width=14)
         found = long_runs(steps, pool)
-    decades = [10**d for d in range(4, 9) if 10**d <= steps]
+    decades = [10**d for d in range(4, 10) if 10**d <= steps]
     print(f"\ny'' = -y + y^2: largest error so far; slope from 1e4 to {steps:.0e} steps\n")
     head = ["method", "step", *(f"to {d:.0e}" for d in decades), "slope"]
     lines = [
