@@ -1,12 +1,13 @@
 """Time of the paper's pendulum over 0-10 s with right sides of one's own.
 
-The pendulum of `spim.models.CompoundPendulum` given as a function, in three ways: a numba cfunc
-beside heyoka's Taylor integrator, which compiles its equations too (compile times told apart, at an
-error of 2e-12); a Python function of floats, that returns numbers or writes them, beside SciPy's
-DOP853 with the same body; one of arrays that takes many states a call, beside DOP853 with the same
-body and with floats (at 1e-9). Whole calls through Python, the state at the end alone; steps and
-tolerances are scanned for all. Errors are the largest of the four components, in SI units. Medians
-over interleaved repeats. A minute or two; peers need ``pip install heyoka numba scipy``::
+The pendulum of `spim.models.CompoundPendulum` given as a function, in three ways: numba cfuncs, of
+one state or of one and of eight at once ("both"), beside heyoka's Taylor integrator, which compiles
+its equations too (compile times told apart, at an error of 2e-12); a Python function of floats, that
+returns numbers or writes them, beside SciPy's DOP853 with the same body; one of arrays that takes
+many states a call, beside DOP853 with the same body and with floats (at 1e-9). Whole calls through
+Python, the state at the end alone; steps and tolerances are scanned for all. Errors are the largest
+of the four components, in SI units. Medians over interleaved repeats. A minute or two; peers need
+``pip install heyoka numba scipy``::
 
     python benches/python/callback_speed.py [--markdown] [--quick]
 """
@@ -120,19 +121,8 @@ def remainders(t, z):
 
 
 def compiled():
-    """The remainder and the gradient as cfuncs of numba, and the seconds to compile."""
+    """Cfuncs of numba: gradient, remainder, remainder of eight states; the seconds to compile."""
     import numba
-
-    # Globals that are numbers are constants to numba.
-    def rest_of_rate(t, z, out):
-        x, theta, ptheta = z[0], z[1], z[3]
-        sin, cos = math.sin(theta), math.cos(theta)
-        moment = M * (REST + x)
-        rate = ptheta / (INERTIA + moment * moment / M)
-        out[0] = 0.0
-        out[1] = rate - SPIN * ptheta
-        out[2] = moment * rate * rate - M * G * (1.0 - cos)
-        out[3] = WEIGHT * theta - (ARM + moment) * G * sin
 
     def slopes(t, z, out):
         x, theta, px, ptheta = z[0], z[1], z[2], z[3]
@@ -144,9 +134,34 @@ def compiled():
         out[2] = px / M
         out[3] = rate
 
-    signature = spim.cfunc_signature()
+    def rest(t, z, out):
+        x, theta, ptheta = z[0], z[1], z[3]
+        sin, cos = math.sin(theta), math.cos(theta)
+        moment = M * (REST + x)
+        rate = ptheta / (INERTIA + moment * moment / M)
+        out[0] = 0.0
+        out[1] = rate - SPIN * ptheta
+        out[2] = moment * rate * rate - M * G * (1.0 - cos)
+        out[3] = WEIGHT * theta - (ARM + moment) * G * sin
+
+    def rests(t, z, out):
+        for lane in range(8):
+            x, theta, ptheta = z[lane], z[8 + lane], z[24 + lane]
+            sin, cos = math.sin(theta), math.cos(theta)
+            moment = M * (REST + x)
+            rate = ptheta / (INERTIA + moment * moment / M)
+            out[lane] = 0.0
+            out[8 + lane] = rate - SPIN * ptheta
+            out[16 + lane] = moment * rate * rate - M * G * (1.0 - cos)
+            out[24 + lane] = WEIGHT * theta - (ARM + moment) * G * sin
+
+    one, eight = spim.cfunc_signature(), spim.cfunc_signature(batch=True)
     begin = time.perf_counter()
-    made = [numba.cfunc(signature)(function) for function in (rest_of_rate, slopes)]
+    # Divisions by zero give infinities, not exceptions.
+    made = [
+        numba.cfunc(signature, error_model="numpy")(function)
+        for signature, function in ((one, slopes), (one, rest), (eight, rests))
+    ]
     return *made, time.perf_counter() - begin
 
 
@@ -261,10 +276,11 @@ def main():
             cases = [("Taylor", setting, run) for setting, (run, _) in made]
             groups.append((name, compiling, cases))
     if "numba" not in absent and hasattr(spim, "cfunc_signature"):
-        rest, slopes, compiling = compiled()
+        slopes, rest, rests, compiling = compiled()
         groups += [
-            ("spim, cfunc, semilinear", compiling, runs_of(spim.SemilinearSystem(A, rest))),
             ("spim, cfunc, Hamiltonian", compiling, runs_of(spim.HamiltonianSystem(2, slopes))),
+            ("spim, cfunc, semilinear", compiling, runs_of(spim.SemilinearSystem(A, rest))),
+            ("spim, both", compiling, runs_of(spim.SemilinearSystem(A, (rest, rests)))),
         ]
         table(groups, COMPILED, right, 15 if given.quick else 101, given.markdown)
 
