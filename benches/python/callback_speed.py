@@ -2,12 +2,12 @@
 
 The pendulum of `spim.models.CompoundPendulum` given as a function, in three ways: numba cfuncs, of
 one state or of one and of eight at once ("both"), beside heyoka's Taylor integrator, which compiles
-its equations too (compile times told apart, at an error of 2e-12); a Python function of floats, that
-returns numbers or writes them, beside SciPy's DOP853 with the same body; one of arrays that takes
-many states a call, beside DOP853 with the same body and with floats (at 1e-9). Whole calls through
-Python, the state at the end alone; steps and tolerances are scanned for all. Errors are the largest
-of the four components, in SI units. Medians over interleaved repeats. A minute or two; peers need
-``pip install heyoka numba scipy``::
+its equations too (compile times told apart, at an error of 2e-12); a Python function of floats,
+that returns numbers or writes them, beside SciPy's DOP853 with the same body; one of arrays that
+takes many states a call, beside DOP853 with the same body and with floats (at 1e-9). Whole calls
+through Python, the state at the end alone; steps and tolerances are scanned for all. Errors are the
+largest of the four components, in SI units. Medians over interleaved repeats. A minute or two; peers
+need ``pip install heyoka numba scipy``::
 
     python benches/python/callback_speed.py [--markdown] [--quick]
 """
