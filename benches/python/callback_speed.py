@@ -6,8 +6,8 @@ its equations too (compile times told apart, at an error of 2e-12); a Python fun
 that returns numbers or writes them, beside SciPy's DOP853 with the same body; one of arrays that
 takes many states a call, beside DOP853 with the same body and with floats (at 1e-9). Whole calls
 through Python, the state at the end alone; steps and tolerances are scanned for all. Errors are the
-largest of the four components, in SI units. Medians over interleaved repeats. A minute or two; peers
-need ``pip install heyoka numba scipy``::
+largest of the four components, in SI units. Medians over interleaved repeats. A minute or two; it
+needs ``pip install heyoka numba scipy``::
 
     python benches/python/callback_speed.py [--markdown] [--quick]
 """
