@@ -213,7 +213,8 @@ mod tests {
             for i in 0..s {
                 for power in 0..s {
                     let weight = |j: usize| table.mu[s * i + j] * table.b[j];
-                    let sum: f64 = (0..s).map(|j| weight(j) * table.c[j].powi(power as i32)).sum();
+                    let sum: f64 =
+                        (0..s).map(|j| weight(j) * table.c[j].powi(power as i32)).sum();
                     let wanted = table.c[i].powi(power as i32 + 1) / (power + 1) as f64;
                     assert!((sum - wanted).abs() <= 4e-16, "{s} {i} {power}");
                 }

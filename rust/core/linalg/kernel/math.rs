@@ -3,8 +3,7 @@
 use super::pack::{Lanes, Pack};
 
 /// `pi/2` in parts of 33 bits, so that their products with whole numbers below 2^20 are exact.
-const HALF_PI: [f64; 3] =
-    [1.570_796_326_734_125_6, 6.077_100_506_303_966e-11, 2.022_266_248_795_951e-21];
+const HALF_PI: [f64; 3] = [1.570_796_326_734_125_6, 6.077_100_506_303_966e-11, 2.022_266_248_795_951e-21];
 
 /// Adding and taking it away again rounds to a whole number.
 const TO_WHOLE: f64 = 6_755_399_441_055_744.0; // 1.5 * 2^52
@@ -135,8 +134,7 @@ mod tests {
 
     #[test]
     fn what_is_no_number_stays_none() {
-        let found =
-            dispatch(SinCos(Eight([f64::NAN, f64::INFINITY, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0])));
+        let found = dispatch(SinCos(Eight([f64::NAN, f64::INFINITY, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0])));
         assert!(found[0][0].is_nan() && found[0][1].is_nan() && found[0][2] == 0.0);
         assert!((found[1][5] - 3.0_f64.cos()).abs() < 1e-15);
     }

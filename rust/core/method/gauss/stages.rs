@@ -12,9 +12,7 @@
 
 use super::linear_part::{LinearPart, numbers, times};
 use crate::error::Result;
-use crate::linalg::kernel::{
-    Body, Eight, Lanes, Pack, dispatch, doubles, doubles_mut, packs, packs_mut,
-};
+use crate::linalg::kernel::{Body, Eight, Lanes, Pack, dispatch, doubles, doubles_mut, packs, packs_mut};
 use crate::method::common::{check_finite, not_solved};
 use crate::method::{State, Stepper, Work};
 use crate::system::Flow;
@@ -181,12 +179,7 @@ impl Gauss {
 
     /// Stages to begin with: those of the linear part under what was left of rates at the last step,
     /// extrapolated.
-    fn begin(
-        &mut self,
-        system: &dyn Flow,
-        history: Option<&[Eight]>,
-        work: &mut Work,
-    ) -> Result<()> {
+    fn begin(&mut self, system: &dyn Flow, history: Option<&[Eight]>, work: &mut Work) -> Result<()> {
         let m = self.z.len();
         let Some(history) = history else {
             for b in 0..self.blocks {
