@@ -32,6 +32,15 @@ class Raw:
         return matrix
 
 
+class Whole(Raw):
+    """A system that is no matrix and steps its state alone."""
+
+    matrices = None
+
+    def __init__(self, system):
+        self.core = system._core
+
+
 class WithBooks:
     """A system that steps more than its state: accounts of work and dissipation, zero at first."""
 
@@ -151,7 +160,8 @@ def _demand_plain(system, what):
 def coordinates_of(system, method, options):
     """The coordinates a run is stepped in; made once a system."""
     if not hasattr(system, "A"):
-        return WithBooks(system)
+        kind = Whole if system._core.size == system.size else WithBooks
+        return kind(system)
     if method == "modal" and hasattr(system, "mass"):
         return _made(Modal, system)
     if options.get("coordinates") == "energy":

@@ -310,7 +310,13 @@ impl<const S: usize> Body for Correct<'_, S> {
             bad = bad + step;
         }
         for d in 0..m {
-            let [[sum]] = sums::<V, S, 1, 1>(&lawson.columns.mu, &lawson.increments, m, [d]);
+            let [[sum]] = sums::<V, S, 1, 1>(
+                &lawson.columns.mu,
+                &lawson.increments,
+                m,
+                [d],
+                &mut [Eight::ZERO; 4],
+            );
             packs_mut::<V>(&mut lawson.spare)[d] = Pack::splat(lawson.e[d]) + sum;
         }
         for d in 0..m {
@@ -334,7 +340,8 @@ impl<const S: usize> Body for Ahead<'_, S> {
         let Ahead(lawson, history) = self;
         let m = lawson.z.len();
         for d in 0..m {
-            let [[sum]] = sums::<V, S, 1, 1>(&lawson.columns.ahead, history, m, [d]);
+            let [[sum]] =
+                sums::<V, S, 1, 1>(&lawson.columns.ahead, history, m, [d], &mut [Eight::ZERO; 4]);
             packs_mut::<V>(&mut lawson.rates)[d] = sum;
         }
     }

@@ -11,30 +11,14 @@ const SLIGHT: f64 = 1e-12;
 /// One iteration, with S stages in B blocks; the largest change.
 pub struct Correct<'a, const S: usize, const B: usize>(pub &'a mut Gauss);
 
-/// How far an iteration went.
-struct Change<V> {
-    largest: Pack<V>,
-    /// What is no number is lost in a maximum, never in a sum.
-    sum: Pack<V>,
-}
-
-impl<V: Lanes> Change<V> {
-    #[inline(always)]
-    fn note(&mut self, step: Pack<V>, count: f64) {
-        self.largest = self.largest.max(step.abs() * count);
-        self.sum = self.sum + step;
-    }
-}
-
 impl<const S: usize, const B: usize> Body for Correct<'_, S, B> {
     type Output = f64;
 
     #[inline(always)]
     fn run<V: Lanes>(self) -> f64 {
         let gauss = self.0;
-        let m = gauss.z.len();
-        let mut change = Change { largest: Pack::<V>::splat(0.0), sum: Pack::splat(0.0) };
         let part = std::mem::take(&mut gauss.part);
+        let mut change = Change([Pack::<V>::splat(0.0); 2]);
         for &d in &part.free {
             follow::<V, B>(gauss, d, &mut change);
         }
@@ -44,36 +28,45 @@ impl<const S: usize, const B: usize> Body for Correct<'_, S, B> {
         for pair in &part.oscillators {
             turn::<V, S, B>(gauss, pair, &mut change);
         }
-        // Two by two, so that columns are loaded once for both.
-        let (twos, one) = part.oscillators.as_chunks::<2>();
-        for two in twos {
-            let sums = sums::<V, S, B, 2>(
-                &gauss.columns.mu,
-                &gauss.increments,
-                m,
-                two.each_ref().map(|x| x.p),
-            );
-            for (pair, sums) in two.iter().zip(sums) {
-                swing(gauss, pair, sums, &mut change);
-            }
+        stages::<V, S, B>(gauss, &part.momenta);
+        for pair in &part.oscillators {
+            swing::<V, B>(gauss, pair, &mut change);
         }
-        for pair in one {
-            let [sums] = sums::<V, S, B, 1>(&gauss.columns.mu, &gauss.increments, m, [pair.p]);
-            swing(gauss, pair, sums, &mut change);
-        }
-        let (twos, one) = part.last.as_chunks::<2>();
-        for two in twos {
-            let sums = sums::<V, S, B, 2>(&gauss.columns.mu, &gauss.increments, m, *two);
-            for (d, sums) in two.iter().zip(sums) {
-                put(gauss, *d, sums);
-            }
-        }
-        for &d in one {
-            let [sums] = sums::<V, S, B, 1>(&gauss.columns.mu, &gauss.increments, m, [d]);
-            put(gauss, d, sums);
-        }
+        stages::<V, S, B>(gauss, &part.last);
         gauss.part = part;
-        if change.sum.sum().is_finite() { change.largest.largest() } else { f64::NAN }
+        // What is no number is lost in a maximum, never in a sum.
+        let [largest, sum] = change.0;
+        if sum.sum().is_finite() { largest.largest() } else { f64::NAN }
+    }
+}
+
+/// How far an iteration went: the largest step, and a sum.
+struct Change<V>([Pack<V>; 2]);
+
+impl<V: Lanes> Change<V> {
+    #[inline(always)]
+    fn note(&mut self, step: Pack<V>, count: f64) {
+        self.0 = [self.0[0].max(step.abs() * count), self.0[1] + step];
+    }
+}
+
+/// Stages of components, and by how much they moved.
+#[inline(always)]
+fn stages<V: Lanes, const S: usize, const B: usize>(gauss: &mut Gauss, components: &[usize]) {
+    let m = gauss.z.len();
+    // Two by two, so that columns are loaded once for both.
+    let (twos, one) = components.as_chunks::<2>();
+    for two in twos {
+        let sums =
+            sums::<V, S, B, 2>(&gauss.columns.mu, &gauss.increments, m, *two, &mut gauss.spare);
+        for (d, sums) in two.iter().zip(sums) {
+            put(gauss, *d, sums);
+        }
+    }
+    for &d in one {
+        let [sums] =
+            sums::<V, S, B, 1>(&gauss.columns.mu, &gauss.increments, m, [d], &mut gauss.spare);
+        put(gauss, d, sums);
     }
 }
 
@@ -168,31 +161,22 @@ fn turn<V: Lanes, const S: usize, const B: usize>(
     let size = of_x.iter().fold(Pack::<V>::splat(0.0), |size, x| size.max(x.abs()));
     if (size * gauss.counts[pair.x]).largest() > SLIGHT {
         packs_mut::<V>(&mut gauss.left).copy_from_slice(&of_x);
-        let [moved] = sums::<V, S, B, 1>(&gauss.columns.mu, &gauss.left, 1, [0]);
+        let [moved] = sums::<V, S, B, 1>(&gauss.columns.mu, &gauss.left, 1, [0], &mut gauss.spare);
         for b in 0..B {
             of_p[b] = of_p[b] + pair.to_p * (hb[b] * moved[b]);
         }
     }
     packs_mut::<V>(&mut gauss.left).copy_from_slice(&of_p);
-    let [steps] = sums::<V, S, B, 1>(&pair.inverse, &gauss.left, 1, [0]);
+    let [steps] = sums::<V, S, B, 1>(&pair.inverse, &gauss.left, 1, [0], &mut gauss.spare);
     add(gauss, pair.p, steps, change);
 }
 
-/// Stages of an oscillator's momentum, and with them the increments of its displacement.
+/// Increments of an oscillator's displacement, as far as its momentum has moved.
 #[inline(always)]
-fn swing<V: Lanes, const B: usize>(
-    gauss: &mut Gauss,
-    pair: &Oscillator,
-    sums: [Pack<V>; B],
-    change: &mut Change<V>,
-) {
+fn swing<V: Lanes, const B: usize>(gauss: &mut Gauss, pair: &Oscillator, change: &mut Change<V>) {
     let (m, hb) = (gauss.z.len(), blocks::<V, B>(&gauss.weights));
-    let (z, e) = (Pack::splat(gauss.z[pair.p]), Pack::splat(gauss.e[pair.p]));
     for b in 0..B {
-        let Z = &mut packs_mut::<V>(&mut gauss.stages)[m * b + pair.p];
-        let new = z + (e + sums[b]);
-        let moved = new - *Z;
-        *Z = new;
+        let moved = packs::<V>(&gauss.moved)[m * b + pair.p];
         let L = &mut packs_mut::<V>(&mut gauss.increments)[m * b + pair.x];
         let new = hb[b] * (packs::<V>(&gauss.rates)[m * b + pair.x] + pair.to_x * moved);
         change.note(new - *L, gauss.counts[pair.x]);
@@ -206,7 +190,10 @@ fn put<V: Lanes, const B: usize>(gauss: &mut Gauss, d: usize, sums: [Pack<V>; B]
     let m = gauss.z.len();
     let (z, e) = (Pack::splat(gauss.z[d]), Pack::splat(gauss.e[d]));
     for (b, sum) in sums.into_iter().enumerate() {
-        packs_mut::<V>(&mut gauss.stages)[m * b + d] = z + (e + sum);
+        let Z = &mut packs_mut::<V>(&mut gauss.stages)[m * b + d];
+        let new = z + (e + sum);
+        packs_mut::<V>(&mut gauss.moved)[m * b + d] = new - *Z;
+        *Z = new;
     }
 }
 
@@ -217,12 +204,15 @@ fn blocks<V: Lanes, const B: usize>(memory: &[Eight]) -> [Pack<V>; B] {
 }
 
 /// `sum of columns_j x_j` for C of m components; even and odd terms apart, so that additions overlap.
+///
+/// They go through memory: compilers else put each off to where it is wanted, one chain after another.
 #[inline(always)]
 pub fn sums<V: Lanes, const S: usize, const B: usize, const C: usize>(
     columns: &[Eight],
     x: &[Eight],
     m: usize,
     components: [usize; C],
+    spare: &mut [Eight; 4],
 ) -> [[Pack<V>; B]; C] {
     let mut even = [[Pack::<V>::splat(0.0); B]; C];
     let mut odd = even;
@@ -239,7 +229,13 @@ pub fn sums<V: Lanes, const S: usize, const B: usize, const C: usize>(
             add_column::<V, B, C>(&mut even, &columns[S - 1], x.map(|x| x[count - 1]));
         }
     }
-    std::array::from_fn(|c| std::array::from_fn(|b| even[c][b] + odd[c][b]))
+    let spare = packs_mut::<V>(spare);
+    for c in 0..C {
+        for b in 0..B {
+            spare[B * c + b] = even[c][b] + odd[c][b];
+        }
+    }
+    std::array::from_fn(|c| std::array::from_fn(|b| spare[B * c + b]))
 }
 
 #[inline(always)]
@@ -267,7 +263,8 @@ impl<const S: usize, const B: usize> Body for Ahead<'_, S, B> {
         let Ahead(gauss, history) = self;
         let m = gauss.z.len();
         for d in 0..m {
-            let [sums] = sums::<V, S, B, 1>(&gauss.columns.ahead, history, m, [d]);
+            let [sums] =
+                sums::<V, S, B, 1>(&gauss.columns.ahead, history, m, [d], &mut gauss.spare);
             for (b, sum) in sums.into_iter().enumerate() {
                 packs_mut::<V>(&mut gauss.rates)[m * b + d] = sum;
             }

@@ -38,7 +38,9 @@ pub struct LinearPart {
     pub oscillators: Vec<Oscillator>,
     /// Components without a linear part.
     pub free: Vec<usize>,
-    /// All but the momenta of oscillators.
+    /// The momenta of oscillators, in their order.
+    pub momenta: Vec<usize>,
+    /// All but these.
     pub last: Vec<usize>,
 }
 
@@ -65,8 +67,8 @@ impl LinearPart {
                 false => part.free.append(&mut group.members),
             }
         }
-        let is_momentum = |d: &usize| part.oscillators.iter().any(|pair| pair.p == *d);
-        part.last = (0..m).filter(|d| !is_momentum(d)).collect();
+        part.momenta = part.oscillators.iter().map(|pair| pair.p).collect();
+        part.last = (0..m).filter(|d| !part.momenta.contains(d)).collect();
         part
     }
 
@@ -81,6 +83,7 @@ impl LinearPart {
     pub fn renew(&mut self, columns: &Columns, h: f64, matrix: &[f64], m: usize) {
         self.free.clear();
         self.oscillators.clear();
+        self.momenta.clear();
         if !matches!(&self.groups[..], [whole] if whole.members.len() == m) {
             self.groups = vec![Group::new((0..m).collect())];
             self.free.reserve(m);

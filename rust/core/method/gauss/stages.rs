@@ -16,6 +16,7 @@ use super::linear_part::LinearPart;
 use crate::error::Result;
 use crate::linalg::kernel::{Eight, dispatch, doubles, doubles_mut};
 use crate::method::common::{check_finite, not_solved};
+use crate::method::turn::add_compensated;
 use crate::method::{State, Stepper, Work};
 use crate::system::Flow;
 use crate::tableau::Collocation;
@@ -65,6 +66,8 @@ pub struct Gauss {
     pub(super) stages: Vec<Eight>,
     pub(super) increments: Vec<Eight>,
     pub(super) rates: Vec<Eight>,
+    /// By how much the stages moved last.
+    pub(super) moved: Vec<Eight>,
     /// The state, its remainder, and by how much a change of each component counts.
     pub(super) z: Vec<f64>,
     pub(super) e: Vec<f64>,
@@ -74,6 +77,7 @@ pub struct Gauss {
     /// In eigenvectors, of one group.
     pub(super) turned: Vec<[Eight; 2]>,
     pub(super) left: Vec<Eight>,
+    pub(super) spare: [Eight; 4],
     scratch: Vec<f64>,
 }
 
@@ -115,12 +119,14 @@ impl Gauss {
             reciprocals: lanes(s, |i| 1.0 / hb[i]),
             turned: vec![[Eight::ZERO; 2]; m],
             left: zeros(blocks),
+            spare: [Eight::ZERO; 4],
             given: system.linear().is_some(),
             part,
             times: zeros(blocks),
             stages: zeros(blocks * m),
             increments: zeros(blocks * m),
             rates: zeros(blocks * m),
+            moved: zeros(blocks * m),
             z: vec![0.0; m],
             e: vec![0.0; m],
             counts: vec![0.0; m],
@@ -337,9 +343,8 @@ impl Stepper<dyn Flow> for Gauss {
             for b in (0..self.blocks).rev() {
                 sum += dispatch_sum(&self.increments[m * b + d]);
             }
-            let step = self.e[d] + sum;
-            self.next[d] = self.z[d] + step;
-            self.e[d] = step - (self.next[d] - self.z[d]);
+            self.next[d] = self.z[d];
+            add_compensated(&mut self.next[d], &mut self.e[d], sum);
         }
         check_finite(self.name, t, k, &self.next)?;
         dispatch(Remainder(self, history));
