@@ -1,5 +1,5 @@
 //! The figures of `rust/core/method/measured.csv`: what is committed is what is measured here.
-//! `docs/methods.md` says how; `RENEW=1` writes the file.
+//! `docs/methods.md` says how; with `RENEW=1`, as in `make methods`, the file is written.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -23,7 +23,8 @@ const STEPS: u64 = 100_000;
 const FLOOR: f64 = 1e-11;
 const CEILING: f64 = 1e-2;
 
-/// Steps sizes the order is measured with at most, each 2^(1/16) of the one before, and steps of a run.
+/// Step sizes the order is measured with, each 2^(1/16) smaller than the one before, and steps of a
+/// run: at most so many.
 const SIZES: usize = 16;
 const MOST: u64 = 1200;
 
