@@ -29,7 +29,7 @@ SOURCES := $(shell find rust python -name __pycache__ -prune -o -name '_core*.so
 # One after another under `make -j` too: cargo uses all cores anyway.
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help test reproduce bench setup install check-format check-lints test-rust check-docs \
+.PHONY: help test reproduce bench methods setup install check-format check-lints test-rust check-docs \
 	test-python check-stubs clean
 
 help: ## this list
@@ -82,6 +82,11 @@ dist/.wheel: Cargo.toml Cargo.lock pyproject.toml $(SOURCES) | .venv/.dependenci
 # Always, as it takes a second: whatever else was installed in .venv meanwhile, this wheel is tested.
 install: dist/.wheel ## the wheel, built if need be, into .venv
 	$(BIN)/python -m pip install --quiet --force-reinstall --no-deps dist/spim-*.whl
+
+methods: setup ## measures every method anew: rust/core/method/measured.csv and docs/methods.md
+	RENEW=1 cargo test $(CARGO_FLAGS) --test verify measured
+	$(MAKE) install
+	$(BIN)/python docs/methods.py > docs/methods.md
 
 # The first lines of benches/RESULTS.md: what the tables were measured with.
 define HEADING

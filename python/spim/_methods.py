@@ -7,7 +7,12 @@ from spim import _core
 
 @dataclass(frozen=True)
 class Method:
-    """What is true of a method at its default options.
+    """What is true of a method at its default options, and what was measured of it.
+
+    The figures are measured by the verification suite, `pim` and `spim` without their doublings, on
+    Hénon and Heiles' system or, where a method needs a linear one, on two coupled oscillators, with
+    a step of 1/8; the order on runs of many steps. `docs/methods.md` says how. They are None for a
+    method without a line in the table.
 
     Attributes
     ----------
@@ -25,6 +30,18 @@ class Method:
     reference : str
     options : dict of str
         Keyword arguments of `integrate` it takes, and what they do.
+    measured_order : float or None
+        Slope of the error over the step, both in logarithms, in the limit of small steps.
+    symplectic_defect : float or None
+        Largest entry of ``W.T @ J @ W - J``, W the derivative of a step.
+    reversibility_defect : float or None
+        How far a step forth and one back end from their start, of its largest component.
+    energy_error : float or None
+        Largest relative error of the energy over 1e5 steps; infinite where they fail.
+    energy_drift : float or None
+        Change of that error's mean from the first tenth of the steps to the last.
+    evaluations, products : float or None
+        Evaluations of the right side, and products of a matrix and a block of states, a step.
     """
 
     name: str
@@ -38,14 +55,21 @@ class Method:
     reproducible: str
     reference: str
     options: dict = field(repr=False)
+    measured_order: float | None = None
+    symplectic_defect: float | None = None
+    reversibility_defect: float | None = None
+    energy_error: float | None = None
+    energy_drift: float | None = None
+    evaluations: float | None = None
+    products: float | None = None
 
 
 class Methods(list):
-    """A list of records that prints as a table."""
+    """A list of records that prints as two tables: what is said of them, what was measured."""
 
     def __str__(self):
-        head = ("name", "order", "symplectic", "symmetric", "needs", "what it is")
-        rows = [
+        labels = [("name", "order", "symplectic", "symmetric", "needs", "what it is")]
+        labels += [
             (
                 m.name,
                 "exact" if m.order is None else str(m.order),
@@ -56,14 +80,63 @@ class Methods(list):
             )
             for m in self
         ]
-        widths = [max(len(row[i]) for row in [head, *rows]) for i in range(len(head) - 1)]
-        lines = []
-        for row in [head, *rows]:
-            cells = [cell.ljust(width) for cell, width in zip(row, widths, strict=False)]
-            lines.append("  ".join([*cells, row[-1]]))
-        return "\n".join(lines)
+        figures = [
+            (
+                "measured",
+                "order",
+                "symplectic",
+                "symmetric",
+                "energy",
+                "drift",
+                "evaluations",
+                "products",
+            ),
+            ("", "", "defect", "defect", "error", "of it", "a step", "a step"),
+            *((m.name, *cells(m)) for m in self),
+        ]
+        return f"{_aligned(labels)}\n\n{_aligned(figures)}"
 
     __repr__ = __str__
+
+
+def cells(method):
+    """The measured figures of a method, as tables show them.
+
+    Parameters
+    ----------
+    method : Method
+
+    Returns
+    -------
+    tuple of str
+        Order, defects, energy error and drift, evaluations and products.
+    """
+    order = "exact" if method.order is None else _shown(method.measured_order, ".2f")
+    small = (
+        method.symplectic_defect,
+        method.reversibility_defect,
+        method.energy_error,
+        method.energy_drift,
+    )
+    counts = (method.evaluations, method.products)
+    return (
+        order,
+        *(_shown(figure, ".1e") for figure in small),
+        *(_shown(count, ".2g") for count in counts),
+    )
+
+
+def _shown(figure, form):
+    return "-" if figure is None else format(figure, form)
+
+
+def _aligned(rows):
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]) - 1)]
+    lines = []
+    for row in rows:
+        first = [cell.ljust(width) for cell, width in zip(row, widths, strict=False)]
+        lines.append("  ".join([*first, row[-1]]))
+    return "\n".join(lines)
 
 
 def methods():
@@ -72,7 +145,7 @@ def methods():
     Returns
     -------
     list of Method
-        Prints as a table.
+        Prints as two tables: what is said of the methods, and what was measured.
     """
     records = _core.methods()
     return Methods(Method(**{**r, "aliases": tuple(r["aliases"])}) for r in records)

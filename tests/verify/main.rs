@@ -6,5 +6,6 @@ mod exponentials;
 mod labels;
 mod levels;
 mod loads;
+mod measured;
 mod properties;
 mod restarts;

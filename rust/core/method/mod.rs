@@ -10,6 +10,7 @@ mod eavf;
 mod gauss;
 mod lawson;
 mod linear;
+pub mod measured;
 mod midpoint;
 mod modal;
 mod newmark;

@@ -67,6 +67,7 @@ impl Stepper<Linear> for Modal {
             next_q[i] = q[i] + (a * q[i] + b * p[i]);
             next_p[i] = p[i] + (c * q[i] + d * p[i]);
         }
+        work.products += 1;
         if let Some(impulse) = impulse {
             self.next.iter_mut().zip(impulse).for_each(|(z, v)| *z += v);
         }

@@ -130,6 +130,7 @@ impl Stepper<Structural> for Newmark {
             add_product(&system.gyroscopic, v, -1.0, force);
             a.fill(0.0);
             add_product(&self.inverse_mass, force, 1.0, a);
+            work.evaluations += 1;
         }
         self.work[FORCE].fill(0.0);
         self.add_load(system, k + 1, 1.0 - alpha_f, FORCE)?;
@@ -154,6 +155,7 @@ impl Stepper<Structural> for Newmark {
         if alpha_m != 0.0 {
             add_product(&system.mass, a, -alpha_m, force);
         }
+        work.evaluations += 1;
         a_next.fill(0.0);
         add_product(&self.inverse, force, 1.0, a_next);
         for i in 0..n {

@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use spim::expm::{Recipe, Scheme};
 use spim::linalg::kernel::{doubles, doubles_mut};
+use spim::method::measured::Measured;
 use spim::method::{self, METHODS, MethodInfo, Options, State, Value};
 use spim::observe::{Observer, Outputs, Poll, Recorder};
 use spim::propagate::{Clock, End, propagate};
@@ -429,7 +430,7 @@ pub fn options_of(given: &Bound<'_, PyDict>) -> PyResult<Options> {
     Ok(Options(options))
 }
 
-/// The records of all methods, one dict each.
+/// The records of all methods and what was measured of them, one dict each.
 #[pyfunction]
 pub fn methods(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
     let list = PyList::empty(py);
@@ -450,6 +451,15 @@ pub fn methods(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
             options.set_item(option.name, option.doc)?;
         }
         record.set_item("options", options)?;
+        if let Some(found) = Measured::find(info.name) {
+            record.set_item("measured_order", found.order)?;
+            record.set_item("symplectic_defect", found.symplectic_defect)?;
+            record.set_item("reversibility_defect", found.reversibility_defect)?;
+            record.set_item("energy_error", found.energy_error)?;
+            record.set_item("energy_drift", found.energy_drift)?;
+            record.set_item("evaluations", found.evaluations)?;
+            record.set_item("products", found.products)?;
+        }
         list.append(record)?;
     }
     Ok(list)
