@@ -1,18 +1,19 @@
 """Nonlinear systems given as functions."""
 
+import functools
+
 import numpy as np
 
 from spim import _core
 from spim._arrays import cholesky, finite, matrix, symmetric
 from spim._calls import given, is_compiled, times_and_states
+from spim._choice import along, collocation
 from spim._core import UnsupportedError
 from spim._linearize import linearize, stepped
-from spim._systems import System, fastest_of
+from spim._systems import System
 
-EXPLICIT = "yoshida6", "explicit, symplectic: the system is separable"
-IMPLICIT = "gauss8", "implicit, symplectic"
-GENERAL = "gauss8", "implicit, symmetric"
-EXPONENTIAL = "lawson_gauss6", "along the exact linear flow; symplectic if the parts are"
+# What parts are called by their users, where it is not what the core calls them.
+NAMES = {"kick": "force"}
 
 
 class _Called(System):
@@ -20,6 +21,8 @@ class _Called(System):
 
     _kind = ""
     _inverse = None
+    # What is true of a symmetric and symplectic method on it.
+    _kept = "symplectic"
     # What makes the system anew where its functions cannot be pickled.
     _recipe = None
 
@@ -28,7 +31,14 @@ class _Called(System):
         if not isinstance(args, tuple):
             raise TypeError(f"args: must be a tuple, got {type(args).__name__}")
         self._functions = {
-            part: given(part, function, inputs, outputs, args=args, vectorized=bool(vectorized))
+            part: given(
+                NAMES.get(part, part),
+                function,
+                inputs,
+                outputs,
+                args=args,
+                vectorized=bool(vectorized),
+            )
             for part, (function, inputs, outputs) in functions.items()
             if function is not None
         }
@@ -54,6 +64,18 @@ class _Called(System):
 
     def _matrices(self):
         """None of a linear structure's."""
+
+    def _chosen(self, step):
+        if len(self._spectrum):
+            return along(self._spectrum, self._kept, step)
+        if self._linear_part is not None:
+            return collocation(f"{self._kept}; the linear part solved within the iterations")
+        return collocation(self._kept)
+
+    @functools.cached_property
+    def _spectrum(self):
+        linear = self.__dict__.get("_linear")
+        return np.zeros(0, complex) if linear is None else np.linalg.eigvals(linear.A)
 
     def rate(self, z, t=0.0):
         """``z'`` of states, (..., m) -> (..., m)."""
@@ -128,7 +150,7 @@ class FlowSystem(_Called):
     """
 
     _kind = "flow"
-    _preferred = GENERAL
+    _kept = "symmetric"
 
     def __init__(self, size, rate, *, jacobian=None, linear=None, args=(), vectorized=False):
         m = self._size = _dof(size, "size")
@@ -177,7 +199,6 @@ class HamiltonianSystem(_Called):
     """
 
     _kind = "hamiltonian"
-    _preferred = IMPLICIT
 
     def __init__(
         self,
@@ -234,7 +255,6 @@ class SeparableSystem(_Called):
     """
 
     _kind = "separable"
-    _preferred = EXPLICIT
 
     def __init__(
         self,
@@ -309,17 +329,37 @@ class SemilinearSystem(_Called):
     """
 
     _kind = "semilinear"
-    _preferred = EXPONENTIAL
 
-    def __init__(self, A, nonlinear, *, jacobian=None, potential=None, args=(), vectorized=False):
+    @property
+    def _kept(self):
+        return "symplectic if it is Hamiltonian" if self._linear.hamiltonian else "symmetric"
+
+    def __init__(
+        self,
+        A,
+        nonlinear=None,
+        *,
+        force=None,
+        jacobian=None,
+        potential=None,
+        args=(),
+        vectorized=False,
+    ):
+        if (nonlinear is None) == (force is None):
+            raise TypeError("a semilinear system needs either nonlinear or force=")
         self._linear = _core.Linear(A)
         m = self.size
         if potential is not None and not self._linear.hamiltonian:
             raise ValueError("potential: A is not Hamiltonian, so that there is no energy")
+        # Components that functions are given.
+        k, odd = (m, 0) if force is None else divmod(m, 2)
+        if odd:
+            raise ValueError(f"force: needs a state z = [q; p], got a matrix A of {m} rows")
         functions = {
-            "nonlinear": (nonlinear, m, (m,)),
-            "jacobian": (jacobian, m, (m, m)),
-            "potential": (potential, m, (1,)),
+            "nonlinear": (nonlinear, k, (k,)),
+            "kick": (force, k, (k,)),
+            "jacobian": (jacobian, k, (k, k)),
+            "potential": (potential, k, (1,)),
         }
         self._take(functions, self._linear.A, args, vectorized)
 
@@ -360,10 +400,8 @@ class SemilinearSystem(_Called):
         return len(self._linear.A)
 
     def _energies(self, times, states):
-        return self._linear.energy(states) + self._values("potential", times, states)
-
-    def _fastest(self):
-        return fastest_of(self._linear.A)
+        given = states[:, : self.size // 2] if "kick" in self._functions else states
+        return self._linear.energy(states) + self._values("potential", times, given)
 
 
 class _About(SemilinearSystem):

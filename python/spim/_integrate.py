@@ -127,22 +127,24 @@ def integrate(
         raise TypeError("z0: is needed, unless resume= is given")
     elif step is None:
         raise TypeError("step: is needed: a positive number")
-    reason = None
-    if resume is None and method == "auto" and system._preferred is not None:
-        method, reason = system._preferred
+    step = _number("step", step)
+    choice = system._chosen(step) if resume is None and method == "auto" else None
+    if choice is not None:
+        method = choice.method
+        if choice.warning is not None:
+            warnings.warn(choice.warning, stacklevel=2)
     times = _times(t_eval, t0, t1, every)
     shown = None if outputs is None else _outputs(outputs, system.size)
     watch = _watch(events, callback, resume is not None)
     with reporter(progress) as report:
-        step = _number("step", step)
         system._warn_before(method, step)
         # Times between grid points are reached from states.
         kept = shown if times is None else None
         run = walk(system, z0, t0, t1, step, method, every, options, report, kept, resume, watch)
         if report is not None and run["error"] is None and run["stopped"] is None:
             report(1.0, t1)
-    if reason is not None:
-        run["choice"] = "; ".join(filter(None, (f"auto: {reason}", run["choice"])))
+    if choice is not None:
+        run["choice"] = "; ".join(filter(None, (f"auto: {choice.reason}", run["choice"])))
     if run["uneven"]:
         warnings.warn(
             f"the span {t1 - t0:g} is no multiple of the step {step:g}: "

@@ -82,7 +82,8 @@ class Run:
         """Binds a method, which goes its own way."""
         system, method = self.system, self._method
         if method in (None, "auto"):
-            method = "auto" if system._preferred is None else system._preferred[0]
+            choice = system._chosen(self._h)
+            method = "auto" if choice is None else choice.method
         if system.load is not None:
             raise UnsupportedError(
                 "method: a linear system under a load is stepped exactly; leave method out"

@@ -107,14 +107,20 @@ def from_sympy(H, q, p, parameters=None, *, t=None, equilibrium=None):
         functions = {"gradient": function("gradient", z, gradient, (2 * n,))}
         flat = [x for row in hessian for x in row]
         functions["hessian"] = function("hessian", z, flat, (2 * n, 2 * n))
-    if linear is not None:
-        functions["nonlinear"] = function("nonlinear", z, rest, (2 * n,))
     if kind is _Separable:
         flat = [x for row in jacobian for x in row]
         functions["jacobian"] = function("jacobian", z, flat, (2 * n, 2 * n))
-    elif kind is _Semilinear:
-        flat = [symbols.slope(x, y) for x in rest for y in z]
-        functions["jacobian"] = function("jacobian", z, flat, (2 * n, 2 * n))
+    if linear is not None:
+        # A force of coordinates alone, where velocities are linear.
+        inputs = z
+        if all(map(symbols.is_zero, rest[:n])) and not any(x.has(*p) for x in rest[n:]):
+            inputs, rest = q, rest[n:]
+        k = len(inputs)
+        name = "force" if k == n else "nonlinear"
+        functions["kick" if k == n else name] = function(name, inputs, rest, (k,))
+        if kind is _Semilinear:
+            flat = [symbols.slope(x, y) for x in rest for y in inputs]
+            functions["jacobian"] = function("jacobian", inputs, flat, (k, k))
     system = kind.__new__(kind)
     system._set(n, functions | energy, linear)
     again = functools.partial(from_sympy, t=t, equilibrium=equilibrium)
@@ -136,6 +142,7 @@ class _Symbolic(_Called):
         return 2 * self._dof
 
     _has_energy = True
+    _kept = "symplectic"
 
     def _energies(self, times, states):
         return self._values("hamiltonian", times, states)

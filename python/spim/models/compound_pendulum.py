@@ -35,7 +35,6 @@ class CompoundPendulum(Native):
     """
 
     _name = "compound pendulum"
-    _preferred = "gauss16", "of high order, symplectic"
 
     def __init__(self, rod_mass=1.0, length=1.0, bead_mass=0.1, stiffness=100.0, gravity=9.81914):
         given = {

@@ -21,7 +21,6 @@ class DoublePendulum(Native):
     """
 
     _name = "double pendulum"
-    _preferred = "gauss8", "implicit, symplectic"
 
     def __init__(self, masses=(1.0, 1.0), lengths=(1.0, 1.0), gravity=9.80665):
         masses, lengths = finite("masses", masses, (2,)), finite("lengths", lengths, (2,))

@@ -22,7 +22,6 @@ class FermiPastaUlamTsingou(Native):
     """
 
     _name = "fput"
-    _preferred = "lawson_gauss6", "along the exact motion of the stiff springs, symplectic"
 
     def __init__(self, springs=3, frequency=50.0):
         self.springs, self.frequency = springs, float(finite("frequency", frequency, ()))

@@ -11,7 +11,8 @@ class HenonHeiles(Native):
     """
 
     _name = "henon-heiles"
-    _preferred = "yoshida6", "explicit, symplectic: the system is separable"
+    # Its linear part has the frequencies of the motion itself.
+    _stiff = False
 
     def __init__(self):
         self._make()

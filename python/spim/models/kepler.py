@@ -21,7 +21,6 @@ class Kepler(Native):
     """
 
     _name = "kepler"
-    _preferred = "yoshida8", "explicit, symplectic: the system is separable"
 
     def __init__(self, mu=1.0):
         self.mu = float(finite("mu", mu, ()))
