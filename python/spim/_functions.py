@@ -146,7 +146,22 @@ class FlowSystem(_Called):
       system and called without the interpreter.
 
     Exceptions reach the caller of `integrate` as they are. A result that is not finite is a
-    `ModelError`.
+    `ModelError`, one of another shape a ValueError; both come with the run, from its first call.
+
+    Raises
+    ------
+    ValueError
+        A size that is none, a matrix of another size, a compiled function of another signature.
+    TypeError
+        What is no function; `args` or `vectorized` with a compiled one.
+
+    Examples
+    --------
+    >>> import spim
+    >>> damped = spim.FlowSystem(2, lambda t, z: [z[1], -z[0] - z[0] ** 3 - 0.1 * z[1]])
+    >>> run = spim.integrate(damped, [1.0, 0.0], (0.0, 10.0), 0.1)
+    >>> run.method
+    'gauss16 (auto: of order 16, symmetric)'
     """
 
     _kind = "flow"
@@ -165,24 +180,33 @@ class FlowSystem(_Called):
 
 
 class HamiltonianSystem(_Called):
-    """``q' = dH/dp``, ``p' = -dH/dq`` by the gradient of H.
+    """``q' = dH/dp``, ``p' = -dH/dq`` by the gradient of H, for implicit methods.
+
+    Units are those of its functions; ``z = [q; p]`` holds momenta, not velocities.
 
     Parameters
     ----------
     dof : int
-        n.
+        n, the number of coordinates.
     gradient : callable or compiled function
         ``gradient(t, z) -> (2 n,)``, or ``gradient(t, z, out)``: dH/dz of ``z = [q; p]``. Functions
         may be compiled; see `FlowSystem`.
     hamiltonian : callable or compiled function, optional
         ``hamiltonian(t, z) -> float``, for ``solution.energy``; compiled, it writes ``out[0]``.
     hessian : callable or compiled function, optional
-        ``hessian(t, z) -> (2 n, 2 n)``: d2H/dz2, for implicit steps that need it, and `linearize`.
+        ``hessian(t, z) -> (2 n, 2 n)``: d2H/dz2, for `linearize`, and for implicit steps of stiff
+        systems, which else take differences.
     linear : array_like (2 n, 2 n), optional
-        A constant part of the rates' Jacobian, which implicit methods solve for within their
-        iterations.
+        A constant part of the rates' Jacobian ``d z'/d z`` (not of the Hessian), which implicit
+        methods solve for within their iterations: it says how fast they converge, not what to.
     args, vectorized
         As in `FlowSystem`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As in `FlowSystem`. That `gradient` is the gradient of `hamiltonian` is not checked: an
+        energy that drifts tells.
 
     Examples
     --------
@@ -235,7 +259,10 @@ class HamiltonianSystem(_Called):
 
 
 class SeparableSystem(_Called):
-    """``q' = M^-1 p`` or ``velocity(p)``, ``p' = force(t, q)``: for explicit splitting.
+    """``q' = M^-1 p`` or ``velocity(p)``, ``p' = force(t, q)``: for explicit splitting, and others.
+
+    Forces must not depend on momenta: no damping, no magnetic or Coriolis forces. Units are those
+    of its functions and masses.
 
     Parameters
     ----------
@@ -243,7 +270,7 @@ class SeparableSystem(_Called):
         ``force(t, q) -> (n,)``, or ``force(t, q, out)``. Functions may be compiled; see
         `FlowSystem`.
     mass : array_like (n,) or (n, n), optional
-        Masses, or a symmetric positive definite matrix.
+        Masses, or a symmetric positive definite matrix, whose inverse is formed; n is its size.
     velocity : callable or compiled function, optional
         ``velocity(p) -> (n,)`` instead; compiled, ``velocity(t, p, out)``.
     dof : int, optional
@@ -251,7 +278,28 @@ class SeparableSystem(_Called):
     potential : callable or compiled function, optional
         ``potential(t, q) -> float``; with masses, for ``solution.energy``.
     args, vectorized
-        As in `FlowSystem`. A vectorised `velocity` takes p (n, k).
+        As in `FlowSystem`. A vectorised `velocity` takes p (n, k); one of Python takes no time.
+
+    Raises
+    ------
+    ValueError
+        A mass that is not symmetric positive definite; else as in `FlowSystem`.
+    TypeError
+        Both `mass` and `velocity`, or none; a `potential` without `mass`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import spim
+    >>> K = np.array([[200.0, -100.0], [-100.0, 100.0]])  # N/m, and 50 N/m^3
+    >>> springs = spim.SeparableSystem(
+    ...     lambda t, q: -K @ q - 50.0 * q**3,
+    ...     mass=[2.0, 1.0],
+    ...     potential=lambda t, q: 0.5 * q @ K @ q + 12.5 * np.sum(q**4),
+    ... )
+    >>> run = spim.integrate(springs, [0.1, 0.2, 0.0, 0.0], (0.0, 10.0), 0.01, method="kahan_li8")
+    >>> bool(abs(run.energy / run.energy[0] - 1.0).max() < 1e-9)
+    True
     """
 
     _kind = "separable"
@@ -311,21 +359,49 @@ class _Velocity:
 
 
 class SemilinearSystem(_Called):
-    """``z' = A z + nonlinear(t, z)``: a stiff linear part, and the rest.
+    """``z' = A z + nonlinear(t, z)``, or ``A z + [0; force(t, q)]``: with a linear part apart.
+
+    For exponential methods, which take the linear part exactly; where it decays fast, Gauss methods
+    are right and those are not. Either `nonlinear` or `force` must be given; splittings
+    (``strang``, ``mollified_impulse``, ``mclachlan84``) need `force`.
 
     Parameters
     ----------
     A : array_like (m, m)
-    nonlinear : callable or compiled function
-        ``nonlinear(t, z) -> (m,)``, or ``nonlinear(t, z, out)``. Functions may be compiled; see
-        `FlowSystem`.
+        Real, finite. Per unit of time; of ``M q'' + K q = f(q)`` it is ``[0 M^-1; -K 0]``.
+    nonlinear : callable or compiled function, optional
+        ``nonlinear(t, z) -> (m,)``, or ``nonlinear(t, z, out)``: all that A leaves of ``z'``.
+        Functions may be compiled; see `FlowSystem`.
+    force : callable or compiled function, optional
+        ``force(t, q) -> (n,)``, ``m = 2 n``, instead: what A leaves of ``p'``, where ``q'`` is all
+        linear. Functions that go with it are of q as well.
     jacobian : callable or compiled function, optional
-        ``jacobian(t, z) -> (m, m)`` of the nonlinear part.
+        ``jacobian(t, z) -> (m, m)`` of the nonlinear part; of a force ``jacobian(t, q) -> (n, n)``.
     potential : callable or compiled function, optional
-        ``potential(t, z) -> float``, whose canonical gradient the nonlinear part is; with a
-        Hamiltonian A, for ``solution.energy``.
+        ``potential(t, z) -> float`` with ``nonlinear = J grad potential``, ``J = [0 I; -I 0]``; of
+        a force ``potential(t, q)`` with ``force = -grad potential``. With a Hamiltonian A, for
+        ``solution.energy``.
     args, vectorized
         As in `FlowSystem`.
+
+    Raises
+    ------
+    ValueError
+        An A that is not square or not finite, or of odd size with `force`; a `potential` without a
+        Hamiltonian A; else as in `FlowSystem`.
+    TypeError
+        Both `nonlinear` and `force`, or none; else as in `FlowSystem`.
+
+    Examples
+    --------
+    >>> import spim
+    >>> A = [[0.0, 1.0], [-2500.0, 0.0]]  # 1 kg on 2500 N/m: 50 rad/s
+    >>> spring = spim.SemilinearSystem(
+    ...     A, force=lambda t, q: -10.0 * q**3, potential=lambda t, q: 2.5 * q[0] ** 4
+    ... )
+    >>> run = spim.integrate(spring, [0.1, 0.0], (0.0, 10.0), 0.02, method="mclachlan84")
+    >>> bool(abs(run.energy / run.energy[0] - 1.0).max() < 1e-9)
+    True
     """
 
     _kind = "semilinear"

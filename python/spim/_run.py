@@ -32,8 +32,8 @@ class Run:
     method : str, optional
         As for `integrate`. A linear system without one is stepped exactly, for a force that is held
         and for its own load as `integrate` takes it: such a run equals `integrate` but for
-        rounding. With a method, and of other systems, a run is `integrate` to the last bit; it
-        takes no force.
+        rounding. With a method, and of other systems, whose default is "auto", a run is `integrate`
+        to the last bit; it takes no force.
     **options
         Options of the method.
 

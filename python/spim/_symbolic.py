@@ -20,13 +20,13 @@ def from_sympy(H, q, p, parameters=None, *, t=None, equilibrium=None):
     Parameters
     ----------
     H : sympy expression
-        The Hamiltonian.
-    q, p : sequences of sympy symbols (n,)
-        Coordinates and momenta.
+        The Hamiltonian, of momenta, not of velocities.
+    q, p : sequences of sympy symbols (n,), or one symbol each
+        Coordinates and momenta, in the order of the state ``z = [q; p]``.
     parameters : dict, optional
-        Numbers for the other symbols.
+        Numbers for the other symbols: symbol -> float.
     t : sympy symbol, optional
-        Time.
+        Time, where H depends on it.
     equilibrium : array_like (2 n,), optional
         A state at which the linear part is taken: an equilibrium for all times. By default the
         origin, if it is one.
@@ -35,9 +35,11 @@ def from_sympy(H, q, p, parameters=None, *, t=None, equilibrium=None):
     -------
     SeparableSystem
         Where ``H = T(p) + V(t, q)``. If there is an equilibrium, it has its linear part apart as
-        well, and is stepped by methods for semilinear systems too.
+        well, and is stepped by methods for semilinear systems too: by splittings as well where
+        velocities are linear, T a square form.
     SemilinearSystem
-        Else, where there is an equilibrium.
+        Else, where there is an equilibrium. Splittings take it if what the linear part leaves is a
+        force of coordinates, as in rotating frames.
     HamiltonianSystem
         Else.
 

@@ -53,7 +53,7 @@ class Native(System):
         return found.reshape(z.shape[:-1] + found.shape[1:])
 
     def energy(self, z):
-        """Energy of states, (..., m) -> (...)."""
+        """Energy of states, (..., m) -> (...); J, where the model has units."""
         return self._mapped("energies", z, 0.0)[..., 0]
 
     def rate(self, z, t=0.0):

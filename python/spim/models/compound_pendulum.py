@@ -7,8 +7,9 @@ from spim.models._native import Native
 class CompoundPendulum(Native):
     """A rod that swings, with a bead on a spring along it (Huang, Deng & Yao 2007, eqs. 51-55).
 
-    The state is ``z = [x, theta, p_x, p_theta]``: the bead's displacement from rest [m], the rod's
-    angle [rad], their momenta. The spring is stiff and linear, the swing slow and nonlinear.
+    The state is ``z = [x, theta, p_x, p_theta]``: the bead's displacement from where it hangs at
+    rest [m], the rod's angle from the vertical [rad], their momenta [kg m/s, kg m^2/s]. The spring
+    is stiff and linear, the swing slow and nonlinear.
 
     Parameters
     ----------
