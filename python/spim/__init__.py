@@ -3,7 +3,8 @@
 Exponentials right to the last bit, steppers that keep the structure of the equations, and runs one
 can trust overnight. The numbers are crunched in Rust; a state is ``z = [q; p]`` throughout.
 
-Start with `expm`, `Propagator`, or `integrate` and a system such as `LinearSystem`.
+Start with `expm`, `Propagator`, or `integrate` and a system: `LinearSystem`, `StructuralSystem`,
+`SeparableSystem`, `SemilinearSystem`, `HamiltonianSystem`, `FlowSystem`, or a model of `models`.
 """
 
 from spim import damping, loads, models, tableau

@@ -58,11 +58,10 @@ def cfunc_signature(batch=False, user_data=False):
     return types.void(array if batch else types.float64, array, array, *last)
 
 
-def given(name, function, inputs, outputs, *, args=(), vectorized=False, part=None):
+def given(name, function, inputs, outputs, *, args=(), vectorized=False):
     """A function as the core takes it.
 
-    `inputs`: components it is given; `outputs`: the shape of what it gives for one state;
-    `part`: what it is called in the core, if not `name`.
+    `inputs`: components it is given; `outputs`: the shape of what it gives for one state.
     """
     described = {
         "name": name,

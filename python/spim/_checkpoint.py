@@ -9,8 +9,10 @@ import numpy as np
 class Checkpoint:
     """Where a run has come to: all that ``integrate(..., resume=)`` needs to go on from there.
 
-    The resumed run is the uninterrupted one, to the last bit. A checkpoint can be pickled; its size
-    is that of the state and of what the method carries from step to step.
+    ``solution.state`` is one; nobody makes them by hand. The resumed run is the uninterrupted one,
+    to the last bit. A checkpoint can be pickled, as it does not hold the system: the same must be
+    given to the run that goes on, and kind, size and numbers of it are compared, functions are not.
+    Its size is that of the state and of what the method carries from step to step.
 
     Attributes
     ----------
@@ -21,7 +23,7 @@ class Checkpoint:
     method : str
         Name of the method.
     step : float
-        Signed.
+        Signed, as it was taken.
     """
 
     def __init__(self, t, z, method, options, step, asked, system, core):

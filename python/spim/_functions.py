@@ -1,18 +1,19 @@
 """Nonlinear systems given as functions."""
 
+import functools
+
 import numpy as np
 
 from spim import _core
 from spim._arrays import cholesky, finite, matrix, symmetric
 from spim._calls import given, is_compiled, times_and_states
+from spim._choice import along, collocation
 from spim._core import UnsupportedError
 from spim._linearize import linearize, stepped
-from spim._systems import System, fastest_of
+from spim._systems import System
 
-EXPLICIT = "yoshida6", "explicit, symplectic: the system is separable"
-IMPLICIT = "gauss8", "implicit, symplectic"
-GENERAL = "gauss8", "implicit, symmetric"
-EXPONENTIAL = "lawson_gauss6", "along the exact linear flow; symplectic if the parts are"
+# What parts are called by their users, where it is not what the core calls them.
+NAMES = {"kick": "force"}
 
 
 class _Called(System):
@@ -20,6 +21,8 @@ class _Called(System):
 
     _kind = ""
     _inverse = None
+    # What is true of a symmetric and symplectic method on it.
+    _kept = "symplectic"
     # What makes the system anew where its functions cannot be pickled.
     _recipe = None
 
@@ -28,7 +31,14 @@ class _Called(System):
         if not isinstance(args, tuple):
             raise TypeError(f"args: must be a tuple, got {type(args).__name__}")
         self._functions = {
-            part: given(part, function, inputs, outputs, args=args, vectorized=bool(vectorized))
+            part: given(
+                NAMES.get(part, part),
+                function,
+                inputs,
+                outputs,
+                args=args,
+                vectorized=bool(vectorized),
+            )
             for part, (function, inputs, outputs) in functions.items()
             if function is not None
         }
@@ -54,6 +64,18 @@ class _Called(System):
 
     def _matrices(self):
         """None of a linear structure's."""
+
+    def _chosen(self, step):
+        if len(self._spectrum):
+            return along(self._spectrum, self._kept, step)
+        if self._linear_part is not None:
+            return collocation(f"{self._kept}; the linear part solved within the iterations")
+        return collocation(self._kept)
+
+    @functools.cached_property
+    def _spectrum(self):
+        linear = self.__dict__.get("_linear")
+        return np.zeros(0, complex) if linear is None else np.linalg.eigvals(linear.A)
 
     def rate(self, z, t=0.0):
         """``z'`` of states, (..., m) -> (..., m)."""
@@ -124,11 +146,26 @@ class FlowSystem(_Called):
       system and called without the interpreter.
 
     Exceptions reach the caller of `integrate` as they are. A result that is not finite is a
-    `ModelError`.
+    `ModelError`, one of another shape a ValueError; both come with the run, from its first call.
+
+    Raises
+    ------
+    ValueError
+        A size that is none, a matrix of another size, a compiled function of another signature.
+    TypeError
+        What is no function; `args` or `vectorized` with a compiled one.
+
+    Examples
+    --------
+    >>> import spim
+    >>> damped = spim.FlowSystem(2, lambda t, z: [z[1], -z[0] - z[0] ** 3 - 0.1 * z[1]])
+    >>> run = spim.integrate(damped, [1.0, 0.0], (0.0, 10.0), 0.1)
+    >>> run.method
+    'gauss16 (auto: of order 16, symmetric)'
     """
 
     _kind = "flow"
-    _preferred = GENERAL
+    _kept = "symmetric"
 
     def __init__(self, size, rate, *, jacobian=None, linear=None, args=(), vectorized=False):
         m = self._size = _dof(size, "size")
@@ -143,24 +180,33 @@ class FlowSystem(_Called):
 
 
 class HamiltonianSystem(_Called):
-    """``q' = dH/dp``, ``p' = -dH/dq`` by the gradient of H.
+    """``q' = dH/dp``, ``p' = -dH/dq`` by the gradient of H, for implicit methods.
+
+    Units are those of its functions; ``z = [q; p]`` holds momenta, not velocities.
 
     Parameters
     ----------
     dof : int
-        n.
+        n, the number of coordinates.
     gradient : callable or compiled function
         ``gradient(t, z) -> (2 n,)``, or ``gradient(t, z, out)``: dH/dz of ``z = [q; p]``. Functions
         may be compiled; see `FlowSystem`.
     hamiltonian : callable or compiled function, optional
         ``hamiltonian(t, z) -> float``, for ``solution.energy``; compiled, it writes ``out[0]``.
     hessian : callable or compiled function, optional
-        ``hessian(t, z) -> (2 n, 2 n)``: d2H/dz2, for implicit steps that need it, and `linearize`.
+        ``hessian(t, z) -> (2 n, 2 n)``: d2H/dz2, for `linearize`, and for implicit steps of stiff
+        systems, which else take differences.
     linear : array_like (2 n, 2 n), optional
-        A constant part of the rates' Jacobian, which implicit methods solve for within their
-        iterations.
+        A constant part of the rates' Jacobian ``d z'/d z`` (not of the Hessian), which implicit
+        methods solve for within their iterations: it says how fast they converge, not what to.
     args, vectorized
         As in `FlowSystem`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As in `FlowSystem`. That `gradient` is the gradient of `hamiltonian` is not checked: an
+        energy that drifts tells.
 
     Examples
     --------
@@ -177,7 +223,6 @@ class HamiltonianSystem(_Called):
     """
 
     _kind = "hamiltonian"
-    _preferred = IMPLICIT
 
     def __init__(
         self,
@@ -214,7 +259,10 @@ class HamiltonianSystem(_Called):
 
 
 class SeparableSystem(_Called):
-    """``q' = M^-1 p`` or ``velocity(p)``, ``p' = force(t, q)``: for explicit splitting.
+    """``q' = M^-1 p`` or ``velocity(p)``, ``p' = force(t, q)``: for explicit splitting, and others.
+
+    Forces must not depend on momenta: no damping, no magnetic or Coriolis forces. Units are those
+    of its functions and masses.
 
     Parameters
     ----------
@@ -222,7 +270,7 @@ class SeparableSystem(_Called):
         ``force(t, q) -> (n,)``, or ``force(t, q, out)``. Functions may be compiled; see
         `FlowSystem`.
     mass : array_like (n,) or (n, n), optional
-        Masses, or a symmetric positive definite matrix.
+        Masses, or a symmetric positive definite matrix, whose inverse is formed; n is its size.
     velocity : callable or compiled function, optional
         ``velocity(p) -> (n,)`` instead; compiled, ``velocity(t, p, out)``.
     dof : int, optional
@@ -230,11 +278,31 @@ class SeparableSystem(_Called):
     potential : callable or compiled function, optional
         ``potential(t, q) -> float``; with masses, for ``solution.energy``.
     args, vectorized
-        As in `FlowSystem`. A vectorised `velocity` takes p (n, k).
+        As in `FlowSystem`. A vectorised `velocity` takes p (n, k); one of Python takes no time.
+
+    Raises
+    ------
+    ValueError
+        A mass that is not symmetric positive definite; else as in `FlowSystem`.
+    TypeError
+        Both `mass` and `velocity`, or none; a `potential` without `mass`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import spim
+    >>> K = np.array([[200.0, -100.0], [-100.0, 100.0]])  # N/m, and 50 N/m^3
+    >>> springs = spim.SeparableSystem(
+    ...     lambda t, q: -K @ q - 50.0 * q**3,
+    ...     mass=[2.0, 1.0],
+    ...     potential=lambda t, q: 0.5 * q @ K @ q + 12.5 * np.sum(q**4),
+    ... )
+    >>> run = spim.integrate(springs, [0.1, 0.2, 0.0, 0.0], (0.0, 10.0), 0.01, method="kahan_li8")
+    >>> bool(abs(run.energy / run.energy[0] - 1.0).max() < 1e-9)
+    True
     """
 
     _kind = "separable"
-    _preferred = EXPLICIT
 
     def __init__(
         self,
@@ -291,35 +359,83 @@ class _Velocity:
 
 
 class SemilinearSystem(_Called):
-    """``z' = A z + nonlinear(t, z)``: a stiff linear part, and the rest.
+    """``z' = A z + nonlinear(t, z)``, or ``A z + [0; force(t, q)]``: with a linear part apart.
+
+    For exponential methods, which take the linear part exactly; where it decays fast, Gauss methods
+    are right and those are not. Either `nonlinear` or `force` must be given; splittings
+    (``strang``, ``mollified_impulse``, ``mclachlan84``) need `force`.
 
     Parameters
     ----------
     A : array_like (m, m)
-    nonlinear : callable or compiled function
-        ``nonlinear(t, z) -> (m,)``, or ``nonlinear(t, z, out)``. Functions may be compiled; see
-        `FlowSystem`.
+        Real, finite. Per unit of time; of ``M q'' + K q = f(q)`` it is ``[0 M^-1; -K 0]``.
+    nonlinear : callable or compiled function, optional
+        ``nonlinear(t, z) -> (m,)``, or ``nonlinear(t, z, out)``: all that A leaves of ``z'``.
+        Functions may be compiled; see `FlowSystem`.
+    force : callable or compiled function, optional
+        ``force(t, q) -> (n,)``, ``m = 2 n``, instead: what A leaves of ``p'``, where ``q'`` is all
+        linear. Functions that go with it are of q as well.
     jacobian : callable or compiled function, optional
-        ``jacobian(t, z) -> (m, m)`` of the nonlinear part.
+        ``jacobian(t, z) -> (m, m)`` of the nonlinear part; of a force ``jacobian(t, q) -> (n, n)``.
     potential : callable or compiled function, optional
-        ``potential(t, z) -> float``, whose canonical gradient the nonlinear part is; with a
-        Hamiltonian A, for ``solution.energy``.
+        ``potential(t, z) -> float`` with ``nonlinear = J grad potential``, ``J = [0 I; -I 0]``; of
+        a force ``potential(t, q)`` with ``force = -grad potential``. With a Hamiltonian A, for
+        ``solution.energy``.
     args, vectorized
         As in `FlowSystem`.
+
+    Raises
+    ------
+    ValueError
+        An A that is not square or not finite, or of odd size with `force`; a `potential` without a
+        Hamiltonian A; else as in `FlowSystem`.
+    TypeError
+        Both `nonlinear` and `force`, or none; else as in `FlowSystem`.
+
+    Examples
+    --------
+    >>> import spim
+    >>> A = [[0.0, 1.0], [-2500.0, 0.0]]  # 1 kg on 2500 N/m: 50 rad/s
+    >>> spring = spim.SemilinearSystem(
+    ...     A, force=lambda t, q: -10.0 * q**3, potential=lambda t, q: 2.5 * q[0] ** 4
+    ... )
+    >>> run = spim.integrate(spring, [0.1, 0.0], (0.0, 10.0), 0.02, method="mclachlan84")
+    >>> bool(abs(run.energy / run.energy[0] - 1.0).max() < 1e-9)
+    True
     """
 
     _kind = "semilinear"
-    _preferred = EXPONENTIAL
 
-    def __init__(self, A, nonlinear, *, jacobian=None, potential=None, args=(), vectorized=False):
+    @property
+    def _kept(self):
+        return "symplectic if it is Hamiltonian" if self._linear.hamiltonian else "symmetric"
+
+    def __init__(
+        self,
+        A,
+        nonlinear=None,
+        *,
+        force=None,
+        jacobian=None,
+        potential=None,
+        args=(),
+        vectorized=False,
+    ):
+        if (nonlinear is None) == (force is None):
+            raise TypeError("a semilinear system needs either nonlinear or force=")
         self._linear = _core.Linear(A)
         m = self.size
         if potential is not None and not self._linear.hamiltonian:
             raise ValueError("potential: A is not Hamiltonian, so that there is no energy")
+        # Components that functions are given.
+        k, odd = (m, 0) if force is None else divmod(m, 2)
+        if odd:
+            raise ValueError(f"force: needs a state z = [q; p], got a matrix A of {m} rows")
         functions = {
-            "nonlinear": (nonlinear, m, (m,)),
-            "jacobian": (jacobian, m, (m, m)),
-            "potential": (potential, m, (1,)),
+            "nonlinear": (nonlinear, k, (k,)),
+            "kick": (force, k, (k,)),
+            "jacobian": (jacobian, k, (k, k)),
+            "potential": (potential, k, (1,)),
         }
         self._take(functions, self._linear.A, args, vectorized)
 
@@ -360,10 +476,8 @@ class SemilinearSystem(_Called):
         return len(self._linear.A)
 
     def _energies(self, times, states):
-        return self._linear.energy(states) + self._values("potential", times, states)
-
-    def _fastest(self):
-        return fastest_of(self._linear.A)
+        given = states[:, : self.size // 2] if "kick" in self._functions else states
+        return self._linear.energy(states) + self._values("potential", times, given)
 
 
 class _About(SemilinearSystem):

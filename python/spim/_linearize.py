@@ -29,17 +29,26 @@ def linearize(system, z, t=0.0):
     Returns
     -------
     ndarray (m, m)
-        ``d z'_i / d z_j``. In closed form where the system has it: linear systems, and those given
-        with a Jacobian or Hessian. Else by central differences of order 8 with the best of ten
-        steps for each column: some twelve digits of the largest entry of a column, for components
-        that are of the size of 1, or as large as they are.
+        ``d z'_i / d z_j``; at an equilibrium its eigenvalues are rates of growth and frequencies,
+        in rad per unit of time. In closed form where the system has it: linear systems, and those
+        given with a Jacobian or Hessian. Else by central differences of order 8 with the best of
+        ten steps for each column: some twelve digits of the largest entry of a column, for
+        components that are of the size of 1, or as large as they are.
 
     Raises
     ------
     ValueError
         A state of another length, or not finite.
     ModelError
-        The state is outside of what the model describes.
+        The state is outside of what the model describes, or ``z'`` is not finite there.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import spim
+    >>> A = spim.linearize(spim.models.DoublePendulum(), np.zeros(4))
+    >>> np.sort(np.linalg.eigvals(A).imag).round(4)[2:]  # rad/s
+    array([2.3968, 5.7864])
     """
     if not isinstance(system, System):
         raise TypeError(f"system: must be a spim system, got {type(system).__name__}")

@@ -32,8 +32,8 @@ class Run:
     method : str, optional
         As for `integrate`. A linear system without one is stepped exactly, for a force that is held
         and for its own load as `integrate` takes it: such a run equals `integrate` but for
-        rounding. With a method, and of other systems, a run is `integrate` to the last bit; it
-        takes no force.
+        rounding. With a method, and of other systems, whose default is "auto", a run is `integrate`
+        to the last bit; it takes no force.
     **options
         Options of the method.
 
@@ -82,7 +82,8 @@ class Run:
         """Binds a method, which goes its own way."""
         system, method = self.system, self._method
         if method in (None, "auto"):
-            method = "auto" if system._preferred is None else system._preferred[0]
+            choice = system._chosen(self._h)
+            method = "auto" if choice is None else choice.method
         if system.load is not None:
             raise UnsupportedError(
                 "method: a linear system under a load is stepped exactly; leave method out"

@@ -17,7 +17,7 @@ class Solution:
 
     Attributes
     ----------
-    system : LinearSystem
+    system : System
         What was integrated.
     t : ndarray (k,)
         Times of the stored states.

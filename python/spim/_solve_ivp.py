@@ -33,7 +33,7 @@ class FixedStep(OdeSolver):
     ----------
     fun : callable or scipy.LowLevelCallable
         ``fun(t, y) -> (n,)``; compiled: ``void (double t, double *y, double *out)``, with a ``void
-        *user_data`` after these if it has some.
+        *user_data`` after these if it has some. y is (n,), in units of its own.
     step : float
         Positive. The span is divided into equal steps of this size or, where it is no multiple,
         ``ceil(span / step)`` smaller ones; they end at its end exactly.
@@ -45,6 +45,13 @@ class FixedStep(OdeSolver):
     from the one before: of its order, and calls of `fun`. An exception of `fun` passes as it is; a
     state that is not finite or a step that is not solved ends the run with status -1, a message
     and what there is by then.
+
+    Raises
+    ------
+    TypeError
+        No `step`; an option the method does not have, with the nearest one.
+    ValueError
+        A step that is not positive, a compiled function of another signature.
     """
 
     _method = ""

@@ -20,13 +20,13 @@ def from_sympy(H, q, p, parameters=None, *, t=None, equilibrium=None):
     Parameters
     ----------
     H : sympy expression
-        The Hamiltonian.
-    q, p : sequences of sympy symbols (n,)
-        Coordinates and momenta.
+        The Hamiltonian, of momenta, not of velocities.
+    q, p : sequences of sympy symbols (n,), or one symbol each
+        Coordinates and momenta, in the order of the state ``z = [q; p]``.
     parameters : dict, optional
-        Numbers for the other symbols.
+        Numbers for the other symbols: symbol -> float.
     t : sympy symbol, optional
-        Time.
+        Time, where H depends on it.
     equilibrium : array_like (2 n,), optional
         A state at which the linear part is taken: an equilibrium for all times. By default the
         origin, if it is one.
@@ -35,9 +35,11 @@ def from_sympy(H, q, p, parameters=None, *, t=None, equilibrium=None):
     -------
     SeparableSystem
         Where ``H = T(p) + V(t, q)``. If there is an equilibrium, it has its linear part apart as
-        well, and is stepped by methods for semilinear systems too.
+        well, and is stepped by methods for semilinear systems too: by splittings as well where
+        velocities are linear, T a square form.
     SemilinearSystem
-        Else, where there is an equilibrium.
+        Else, where there is an equilibrium. Splittings take it if what the linear part leaves is a
+        force of coordinates, as in rotating frames.
     HamiltonianSystem
         Else.
 
@@ -107,14 +109,20 @@ def from_sympy(H, q, p, parameters=None, *, t=None, equilibrium=None):
         functions = {"gradient": function("gradient", z, gradient, (2 * n,))}
         flat = [x for row in hessian for x in row]
         functions["hessian"] = function("hessian", z, flat, (2 * n, 2 * n))
-    if linear is not None:
-        functions["nonlinear"] = function("nonlinear", z, rest, (2 * n,))
     if kind is _Separable:
         flat = [x for row in jacobian for x in row]
         functions["jacobian"] = function("jacobian", z, flat, (2 * n, 2 * n))
-    elif kind is _Semilinear:
-        flat = [symbols.slope(x, y) for x in rest for y in z]
-        functions["jacobian"] = function("jacobian", z, flat, (2 * n, 2 * n))
+    if linear is not None:
+        # A force of coordinates alone, where velocities are linear.
+        inputs = z
+        if all(map(symbols.is_zero, rest[:n])) and not any(x.has(*p) for x in rest[n:]):
+            inputs, rest = q, rest[n:]
+        k = len(inputs)
+        name = "force" if k == n else "nonlinear"
+        functions["kick" if k == n else name] = function(name, inputs, rest, (k,))
+        if kind is _Semilinear:
+            flat = [symbols.slope(x, y) for x in rest for y in inputs]
+            functions["jacobian"] = function("jacobian", inputs, flat, (k, k))
     system = kind.__new__(kind)
     system._set(n, functions | energy, linear)
     again = functools.partial(from_sympy, t=t, equilibrium=equilibrium)
@@ -136,6 +144,7 @@ class _Symbolic(_Called):
         return 2 * self._dof
 
     _has_energy = True
+    _kept = "symplectic"
 
     def _energies(self, times, states):
         return self._values("hamiltonian", times, states)

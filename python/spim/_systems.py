@@ -1,6 +1,7 @@
 """Systems: what can be integrated."""
 
 import copy
+import functools
 import warnings
 
 import numpy as np
@@ -26,17 +27,10 @@ def resonance(method, fastest, step):
     )
 
 
-def fastest_of(matrix):
-    """Largest frequency of a linear part."""
-    return float(np.abs(np.linalg.eigvals(matrix).imag).max())
-
-
 class System:
     """Base of all systems that `integrate` takes."""
 
     load = None
-    # What method="auto" takes, and why; None leaves it to the core.
-    _preferred = None
 
     @property
     def size(self):
@@ -49,9 +43,18 @@ class System:
         if words is not None:
             warnings.warn(words, stacklevel=3)
 
+    def _chosen(self, step):
+        """What method="auto" takes for a step, a `Choice`; None leaves it to the core."""
+        return
+
+    @functools.cached_property
+    def _spectrum(self):
+        """Eigenvalues of a linear part beside a nonlinear one, none where there is none."""
+        return np.zeros(0, complex)
+
     def _fastest(self):
-        """Largest frequency of a linear part beside a nonlinear one, 0 where there is none."""
-        return 0.0
+        """Largest frequency of that part."""
+        return float(np.abs(self._spectrum.imag).max(initial=0.0))
 
     def _solution(self, run, options, shown):
         """What a run gives back."""

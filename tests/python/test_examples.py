@@ -17,7 +17,9 @@ def test_an_example_runs(path, capsys):
     assert "nan" not in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/structures.md", "docs/beams.md"])
+@pytest.mark.parametrize(
+    "page", ["README.md", "docs/structures.md", "docs/beams.md", "docs/nonlinear.md"]
+)
 def test_the_code_of_a_page_runs(page):
     names = {}
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(), re.DOTALL)

@@ -1,7 +1,11 @@
 """Exponential methods as a user meets them: orders, energies, what they need, what they warn of."""
 
+import pickle
+
+import numba
 import numpy as np
 import pytest
+import sympy
 
 import spim
 from spim import models
@@ -80,6 +84,105 @@ def test_a_semilinear_system_of_functions_warns_too():
     system = spim.SemilinearSystem([[0.0, 1.0], [-1e4, 0.0]], lambda t, z: [0.0, -(z[0] ** 3)])
     with pytest.warns(UserWarning, match="w_max h = 10"):
         spim.integrate(system, [0.01, 0.0], (0.0, 1.0), 0.1, method="lawson_gauss2")
+
+
+STIFF = np.array([[0, 0, 1, 0], [0, 0, 0, 2], [-4, 0, 0, 0], [0, -100, 0, 0.0]])
+START = np.array([1.0, 0.1, 0.2, 0.3])
+
+
+def push(t, q):
+    return np.array([-(q[0] ** 3) - q[0] * q[1] ** 2, -q[1] * q[0] ** 2 + 0.0 * t])
+
+
+def stored(t, q):
+    return 0.25 * q[0] ** 4 + 0.5 * q[0] ** 2 * q[1] ** 2
+
+
+@numba.cfunc(spim.cfunc_signature())
+def compiled_push(t, q, out):
+    q, out = numba.carray(q, 2), numba.carray(out, 2)
+    out[0] = -(q[0] ** 3) - q[0] * q[1] ** 2
+    out[1] = -q[1] * q[0] ** 2
+
+
+@pytest.mark.parametrize(
+    "given",
+    [{"force": push}, {"force": push, "vectorized": True}, {"force": compiled_push}],
+    ids=["plain", "vectorized", "compiled"],
+)
+def test_a_force_of_coordinates_is_stepped_by_all_methods(given):
+    system = spim.SemilinearSystem(STIFF, **given)
+    whole = spim.SemilinearSystem(STIFF, lambda t, z: np.concatenate([[0, 0], push(t, z[:2])]))
+    exact = spim.integrate(whole, START, (0.0, 5.0), 0.02, method="gauss16").z[-1]
+    limits = {
+        "strang": 2e-2,
+        "mollified_impulse": 5e-2,
+        "mclachlan84": 1e-5,
+        "lawson_gauss4": 1e-4,
+        "lawson_gauss16": 1e-12,
+        "gauss16": 1e-12,
+        "eavf": 5e-2,
+        "spim_pc": 5e-2,
+    }
+    for method, limit in limits.items():
+        run = spim.integrate(system, START, (0.0, 5.0), 0.02, method=method)
+        assert np.abs(run.z[-1] - exact).max() <= limit, method
+
+
+def test_a_force_has_an_energy_a_jacobian_and_pickles():
+    def slope(t, q):
+        return [[-3 * q[0] ** 2 - q[1] ** 2, -2 * q[0] * q[1]], [-2 * q[0] * q[1], -(q[0] ** 2)]]
+
+    A = np.array([[0, 0, 1, 0], [0, 0, 0, 1], [-4, 0, 0, 0], [0, -100, 0, 0.0]])
+    system = spim.SemilinearSystem(A, force=push, jacobian=slope, potential=stored)
+    plain = spim.SemilinearSystem(A, force=push)
+    given, found = spim.linearize(system, START), spim.linearize(plain, START)
+    assert np.abs(given - found).max() <= 1e-9  # of 100, by differences
+    assert np.abs(given[:2] - A[:2]).max() == 0.0
+    assert np.abs(given[2:, :2] - (A[2:, :2] + slope(0.0, START))).max() <= 1e-14
+    run = spim.integrate(system, START, (0.0, 50.0), 0.02, method="mclachlan84")
+    assert energy_error(run) <= 1e-4
+    by_hand = 0.5 * (START[2:] ** 2 + [4, 100] * START[:2] ** 2).sum() + stored(0.0, START)
+    assert abs(run.energy[0] / by_hand - 1.0) <= 1e-14
+    again = pickle.loads(pickle.dumps(plain))
+    assert (again.rate(START) == plain.rate(START)).all()
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "words"),
+    [
+        ({}, TypeError, "either nonlinear or force="),
+        ({"nonlinear": push, "force": push}, TypeError, "either nonlinear or force="),
+        ({"force": lambda t, q: q[:1]}, ValueError, "force: must give 2 numbers"),
+        ({"force": 3}, TypeError, "force: must be a function"),
+    ],
+)
+def test_wrong_forces_are_named(given, error, words):
+    with pytest.raises(error, match=words):
+        spim.integrate(spim.SemilinearSystem(STIFF, **given), START, (0.0, 0.1), 0.1)
+    with pytest.raises(ValueError, match=r"force: needs a state z = \[q; p\], got .* 3 rows"):
+        spim.SemilinearSystem(np.eye(3), force=push)
+
+
+def test_symbols_tell_forces_of_coordinates_from_others():
+    x, y, px, py = sympy.symbols("x y p_x p_y")
+    kinetic = (px**2 + py**2) / 2
+    springs = (4 * x**2 + 100 * y**2) / 2
+    soft = x**2 * y + x**4 / 4
+    systems = {
+        # Separable, and turned by a rotating frame.
+        "plain": spim.from_sympy(kinetic + springs + soft, [x, y], [px, py]),
+        "turned": spim.from_sympy(kinetic + springs + x * py - y * px + soft, [x, y], [px, py]),
+    }
+    z0 = [0.3, 0.02, 0.1, 0.1]
+    for system in systems.values():
+        exact = spim.integrate(system, z0, (0.0, 5.0), 0.01, method="gauss16").z[-1]
+        run = spim.integrate(system, z0, (0.0, 5.0), 0.01, method="mclachlan84")
+        assert np.abs(run.z[-1] - exact).max() <= 1e-7
+        assert energy_error(run) <= 1e-7
+    quartic = spim.from_sympy(kinetic + springs + soft + px**4 / 4, [x, y], [px, py])
+    with pytest.raises(spim.UnsupportedError, match="force of the coordinates"):
+        spim.integrate(quartic, z0, (0.0, 0.1), 0.01, method="strang")
 
 
 @pytest.mark.parametrize("method", ["strang", "mollified_impulse", "mclachlan84"])

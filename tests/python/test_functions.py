@@ -84,13 +84,6 @@ def test_functions_may_write_their_result_and_depend_on_time():
     assert np.abs(run.q[:, 0] - (np.cos(run.t) - np.cos(2.0 * run.t)) / 3.0).max() <= 1e-9
 
 
-def test_the_default_says_what_it_takes_and_why():
-    for system, name in ((pendulum(), "gauss8"), (chain(), "yoshida6")):
-        z0 = Z0[: system.size]
-        run = spim.integrate(system, z0, (0.0, 1.0), 0.1)
-        assert run.method.startswith(f"{name} (auto: ")
-
-
 def test_events_of_a_run_are_those_of_the_caller():
     calls = [0]
 

@@ -72,7 +72,7 @@ def test_the_symmetric_form_does_not_drift_and_eq_47_does():
 
 def test_the_default_method_says_why():
     solution = spim.integrate(study.pendulum(), study.Z0, (0.0, 1.0), 0.05)
-    assert solution.method.startswith("gauss16 (auto: ")
+    assert solution.method.startswith("lawson_gauss16 (auto: ")
     assert np.abs(solution(0.5) - study.reference(0.5)).max() <= 1e-12
 
 

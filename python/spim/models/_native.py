@@ -1,16 +1,21 @@
 """Base of models that the core knows by name and numbers."""
 
+import functools
+
 import numpy as np
 
 from spim import _core
 from spim._arrays import finite
-from spim._systems import System, fastest_of
+from spim._choice import along, collocation
+from spim._systems import System
 
 
 class Native(System):
     """A model of the core; a class of its own gives its name and what its numbers are."""
 
     _name = ""
+    # Whether a linear part is faster than what is left.
+    _stiff = True
 
     def _make(self, *parameters):
         self._parameters = finite("parameters", parameters)
@@ -28,9 +33,15 @@ class Native(System):
         """Length m of the state."""
         return self._core.size
 
-    def _fastest(self):
+    @functools.cached_property
+    def _spectrum(self):
         matrix = self._core.matrix
-        return 0.0 if matrix is None else fastest_of(matrix)
+        return np.zeros(0, complex) if matrix is None else np.linalg.eigvals(matrix)
+
+    def _chosen(self, step):
+        if self._stiff and len(self._spectrum):
+            return along(self._spectrum, "symplectic", step)
+        return collocation("symplectic")
 
     def _mapped(self, what, z, t):
         z = np.asarray(z, float)
@@ -42,7 +53,7 @@ class Native(System):
         return found.reshape(z.shape[:-1] + found.shape[1:])
 
     def energy(self, z):
-        """Energy of states, (..., m) -> (...)."""
+        """Energy of states, (..., m) -> (...); J, where the model has units."""
         return self._mapped("energies", z, 0.0)[..., 0]
 
     def rate(self, z, t=0.0):

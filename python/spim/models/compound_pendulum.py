@@ -7,8 +7,9 @@ from spim.models._native import Native
 class CompoundPendulum(Native):
     """A rod that swings, with a bead on a spring along it (Huang, Deng & Yao 2007, eqs. 51-55).
 
-    The state is ``z = [x, theta, p_x, p_theta]``: the bead's displacement from rest [m], the rod's
-    angle [rad], their momenta. The spring is stiff and linear, the swing slow and nonlinear.
+    The state is ``z = [x, theta, p_x, p_theta]``: the bead's displacement from where it hangs at
+    rest [m], the rod's angle from the vertical [rad], their momenta [kg m/s, kg m^2/s]. The spring
+    is stiff and linear, the swing slow and nonlinear.
 
     Parameters
     ----------
@@ -35,7 +36,6 @@ class CompoundPendulum(Native):
     """
 
     _name = "compound pendulum"
-    _preferred = "gauss16", "of high order, symplectic"
 
     def __init__(self, rod_mass=1.0, length=1.0, bead_mass=0.1, stiffness=100.0, gravity=9.81914):
         given = {

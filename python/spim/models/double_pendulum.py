@@ -7,8 +7,8 @@ from spim.models._native import Native
 class DoublePendulum(Native):
     """A pendulum on a pendulum: chaotic, its energy the only invariant.
 
-    The state is ``z = [theta1, theta2, p1, p2]``, angles from the vertical [rad] and their momenta
-    [kg m^2/s].
+    The state is ``z = [theta1, theta2, p1, p2]``: angles of both rods from the downward vertical
+    [rad] and their momenta [kg m^2/s], ``p = dL/dtheta'``. Energies are in J, 0 at the pivot.
 
     Parameters
     ----------
@@ -18,10 +18,14 @@ class DoublePendulum(Native):
         m.
     gravity : float
         m/s^2.
+
+    Raises
+    ------
+    ValueError
+        Numbers that are not positive and finite.
     """
 
     _name = "double pendulum"
-    _preferred = "gauss8", "implicit, symplectic"
 
     def __init__(self, masses=(1.0, 1.0), lengths=(1.0, 1.0), gravity=9.80665):
         masses, lengths = finite("masses", masses, (2,)), finite("lengths", lengths, (2,))

@@ -9,8 +9,10 @@ from spim.models._native import Native
 class FermiPastaUlamTsingou(Native):
     """Stiff linear springs joined by soft quartic ones, between two walls.
 
-    The state is ``z = [x, y, px, py]``, m numbers each: middles of the stiff springs and their
-    lengths. The energy of the stiff springs, `oscillatory_energy`, is nearly conserved though they
+    ``H = (|p|^2 + w^2 |y|^2)/2 + 1/4 [(x_1 - y_1)^4 + sum (x_i+1 - y_i+1 - x_i - y_i)^4
+    + (x_m + y_m)^4]``. The state is ``z = [x, y, px, py]``, m numbers each: of the displacements a,
+    b of the ends of each stiff spring ``x = (b + a)/sqrt(2)``, ``y = (b - a)/sqrt(2)``; masses are
+    1. The energy of the stiff springs, `oscillatory_energy`, is nearly conserved though they
     exchange it (Hairer, Lubich & Wanner, Geometric Numerical Integration, I.5.1).
 
     Parameters
@@ -19,10 +21,14 @@ class FermiPastaUlamTsingou(Native):
         m, stiff ones.
     frequency : float
         Of each, rad/s.
+
+    Raises
+    ------
+    ValueError
+        Numbers that are not positive and finite; `springs` that is not whole.
     """
 
     _name = "fput"
-    _preferred = "lawson_gauss6", "along the exact motion of the stiff springs, symplectic"
 
     def __init__(self, springs=3, frequency=50.0):
         self.springs, self.frequency = springs, float(finite("frequency", frequency, ()))

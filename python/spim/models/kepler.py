@@ -11,17 +11,22 @@ from spim.models._native import Native
 class Kepler(Native):
     """``H = |p|^2/2 - mu/|q|``, the state ``z = [x, y, px, py]``.
 
-    Invariants: the energy, `angular_momentum`, and the direction and shape of the ellipse,
-    `eccentricity_vector`.
+    Of a unit mass; lengths and times are in any units. Invariants: the energy, `angular_momentum`,
+    and the direction and shape of the ellipse, `eccentricity_vector`. Steps are equal: ellipses of
+    eccentricities near 1 need small ones all the way round.
 
     Parameters
     ----------
     mu : float
-        Gravitational parameter.
+        Gravitational parameter, length^3 / time^2.
+
+    Raises
+    ------
+    ValueError
+        `mu` that is not positive and finite.
     """
 
     _name = "kepler"
-    _preferred = "yoshida8", "explicit, symplectic: the system is separable"
 
     def __init__(self, mu=1.0):
         self.mu = float(finite("mu", mu, ()))

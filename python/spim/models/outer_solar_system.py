@@ -52,7 +52,6 @@ class OuterSolarSystem(Native):
     """
 
     _name = "outer solar system"
-    _preferred = "yoshida8", "explicit, symplectic: the system is separable"
 
     def __init__(self):
         self.names = tuple(BODIES)

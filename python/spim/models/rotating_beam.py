@@ -9,6 +9,7 @@ import numpy as np
 
 from spim import _core
 from spim._arrays import finite
+from spim._choice import Choice
 from spim._systems import System, resonance
 from spim.models import _finite_elements as fe
 from spim.models import _toml
@@ -250,7 +251,8 @@ class RotatingBeam(BeamAnalysis, System):
     def _matrices(self):
         """None of a linear structure's."""
 
-    _preferred = "srk2", "symplectic, any number of elements"
+    def _chosen(self, step):
+        return Choice("srk2", "symplectic, any number of elements")
 
     def _warn_before(self, method, step):
         if method == "rk4":

@@ -1,6 +1,7 @@
 //! What several methods say and do.
 
 use crate::error::{Error, Result};
+use crate::system::Flow;
 
 /// `out += M x`, M row by row.
 pub fn add_product(matrix: &[f64], x: &[f64], out: &mut [f64]) {
@@ -26,6 +27,31 @@ pub fn not_solved(name: &str, t: f64, step: u64, iterations: u32, left: f64) -> 
         iterations,
         residual: left,
     })
+}
+
+/// The same of a step from a state; where rates there are no numbers, an error that says so.
+pub fn not_solved_from<S: Flow + ?Sized>(
+    name: &str,
+    system: &S,
+    (t, z): (f64, &[f64]),
+    iterations: u32,
+    left: f64,
+) -> Box<Error> {
+    let mut f = vec![0.0; z.len()];
+    if left.is_finite() || system.rate(t, z, &mut f).is_err() {
+        return not_solved(name, t, 0, iterations, left);
+    }
+    match f.iter().position(|x| !x.is_finite()) {
+        None => not_solved(name, t, 0, iterations, f64::INFINITY),
+        Some(component) => Box::new(Error::Model {
+            message: format!(
+                "{name}: component {component} of z' is {} at t = {t}",
+                f[component].to_string().to_lowercase()
+            ),
+            t,
+            step: 0,
+        }),
+    }
 }
 
 /// Refuses a new state that is not finite.

@@ -11,7 +11,7 @@
 //! Sources: Lawson (1967); Mei & Wu, J. Comput. Phys. 338 (2017); Antoñana, Makazaga & Murua, Numer.
 //! Algorithms 76 (2017).
 
-use super::common::{check_finite, not_solved};
+use super::common::{check_finite, not_solved_from};
 use super::gauss::{Columns, Ending, ROUNDOFF, ending, sums};
 use super::turn::{Lanewise, Turn, add_compensated, exponential};
 use super::{Bound, MethodInfo, Needs, Options, State, Step, Stepper, Work};
@@ -217,7 +217,7 @@ impl LawsonGauss {
                 break;
             }
             if !change.is_finite() || iteration >= CAP {
-                return Err(not_solved(self.name, t, 0, iteration, change));
+                return Err(not_solved_from(self.name, system, (t, &self.z), iteration, change));
             }
             last = change;
         }

@@ -15,7 +15,7 @@ use super::iteration::{Ahead, Correct, Remainder};
 use super::linear_part::LinearPart;
 use crate::error::Result;
 use crate::linalg::kernel::{Eight, dispatch, doubles, doubles_mut};
-use crate::method::common::{check_finite, not_solved};
+use crate::method::common::{check_finite, not_solved_from};
 use crate::method::turn::add_compensated;
 use crate::method::{State, Stepper, Work};
 use crate::system::Flow;
@@ -304,7 +304,7 @@ impl Gauss {
                 continue;
             }
             if !change.is_finite() || iteration >= CAP {
-                return Err(not_solved(self.name, t, 0, iteration, change));
+                return Err(not_solved_from(self.name, system, (t, &self.z), iteration, change));
             }
             last = change;
         }

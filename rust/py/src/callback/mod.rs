@@ -218,17 +218,19 @@ struct Rest {
     matrix: Vec<f64>,
     remainder: Arc<Function>,
     jacobian: Option<Arc<Function>>,
+    /// Whether both are of a force `f(t, q)` alone, `F = (0, f)`.
+    is_force: bool,
 }
 
 impl Flow for Rest {
     fn len(&self) -> usize {
-        self.remainder.inputs()
+        if self.is_force { 2 * self.remainder.inputs() } else { self.remainder.inputs() }
     }
     fn linear(&self) -> Option<&[f64]> {
         Some(&self.matrix)
     }
     fn rate(&self, t: f64, z: &[f64], f: &mut [f64]) -> Result<()> {
-        self.remainder.call(t, z, f)?;
+        SemiLinear::remainder(self, t, z, f)?;
         add_linear(&self.matrix, z, f);
         Ok(())
     }
@@ -241,7 +243,7 @@ impl Flow for Rest {
         scratch: &mut [f64],
     ) -> Result<()> {
         let m = self.len();
-        self.remainder.calls(&whole(count, t, z, m), f, 0, scratch)?;
+        self.many(count, t, z, f, scratch)?;
         for (z, f) in z.chunks_exact(m).zip(f.chunks_exact_mut(m)) {
             add_linear_block(&self.matrix, z, f);
         }
@@ -249,9 +251,40 @@ impl Flow for Rest {
     }
     fn jacobian(&self, t: f64, z: &[f64], out: &mut [f64]) -> Result<bool> {
         let Some(jacobian) = &self.jacobian else { return Ok(false) };
-        jacobian.call(t, z, out)?;
+        if self.is_force {
+            let (n, m) = (z.len() / 2, z.len());
+            jacobian.call(t, &z[..n], &mut out[..n * n])?;
+            // From the front to the lower left block, below all of it.
+            for i in 0..n {
+                out.copy_within(n * i..n * (i + 1), m * (n + i));
+                out[m * (n + i) + n..m * (n + i + 1)].fill(0.0);
+            }
+            out[..m * n].fill(0.0);
+        } else {
+            jacobian.call(t, z, out)?;
+        }
         out.iter_mut().zip(&self.matrix).for_each(|(out, a)| *out += a);
         Ok(true)
+    }
+}
+
+impl Rest {
+    /// Remainders of many states.
+    fn many(
+        &self,
+        count: usize,
+        t: &[Eight],
+        z: &[Eight],
+        f: &mut [Eight],
+        scratch: &mut [f64],
+    ) -> Result<()> {
+        let m = self.len();
+        if !self.is_force {
+            return self.remainder.calls(&whole(count, t, z, m), f, 0, scratch);
+        }
+        f.chunks_exact_mut(m).for_each(|f| f[..m / 2].fill(Eight::ZERO));
+        let half = Columns { t, z, count, stride: m, from: 0, inputs: m / 2 };
+        self.remainder.calls(&half, f, m / 2, scratch)
     }
 }
 
@@ -260,7 +293,12 @@ impl SemiLinear for Rest {
         &self.matrix
     }
     fn remainder(&self, t: f64, z: &[f64], f: &mut [f64]) -> Result<()> {
-        self.remainder.call(t, z, f)
+        if !self.is_force {
+            return self.remainder.call(t, z, f);
+        }
+        let n = self.remainder.inputs();
+        f[..n].fill(0.0);
+        self.remainder.call(t, &z[..n], &mut f[n..])
     }
     fn remainders(
         &self,
@@ -270,8 +308,10 @@ impl SemiLinear for Rest {
         count: usize,
         scratch: &mut [f64],
     ) -> Result<()> {
-        let columns = whole(count, std::slice::from_ref(t), z, self.len());
-        self.remainder.calls(&columns, f, 0, scratch)
+        self.many(count, std::slice::from_ref(t), z, f, scratch)
+    }
+    fn is_force(&self) -> bool {
+        self.is_force
     }
 }
 
@@ -286,7 +326,7 @@ pub struct Called {
 }
 
 /// Functions that steps call once and again.
-const RATES: [&str; 5] = ["rate", "gradient", "force", "velocity", "nonlinear"];
+const RATES: [&str; 6] = ["rate", "gradient", "force", "velocity", "nonlinear", "kick"];
 
 impl Called {
     /// Whether steps call Python.
@@ -299,6 +339,7 @@ impl Called {
 impl Called {
     /// `kind`: "flow", "hamiltonian", "separable" or "semilinear"; `functions` by their parts in it, each a
     /// dict as `spim._calls.given` makes it; `matrix`: a constant linear part; `inverse`: of the mass.
+    /// What a linear part leaves is "nonlinear", of a state, or "kick", a force of coordinates.
     #[new]
     #[pyo3(signature = (kind, functions, matrix=None, inverse=None))]
     fn new(
@@ -316,8 +357,11 @@ impl Called {
         let needed = |part: &str| {
             perhaps(part).ok_or_else(|| PyTypeError::new_err(format!("{kind}: needs {part}")))
         };
-        let rest = |remainder, jacobian| -> Option<Arc<Rest>> {
-            Some(Arc::new(Rest { matrix: linear.clone()?, remainder, jacobian }))
+        let rest = |jacobian| -> Option<Arc<Rest>> {
+            let kick = perhaps("kick");
+            let is_force = kick.is_some();
+            let remainder = kick.or_else(|| perhaps("nonlinear"))?;
+            Some(Arc::new(Rest { matrix: linear.clone()?, remainder, jacobian, is_force }))
         };
         let problem = match kind {
             "flow" => Problem::Flow(Arc::new(General {
@@ -342,13 +386,13 @@ impl Called {
                 velocity: perhaps("velocity"),
                 inverse,
                 jacobian: perhaps("jacobian"),
-                parts: perhaps("nonlinear").and_then(|nonlinear| rest(nonlinear, None)),
+                parts: rest(None),
             })),
             _ => {
-                let rest = rest(needed("nonlinear")?, perhaps("jacobian"));
-                Problem::SemiLinear(
-                    rest.ok_or_else(|| PyTypeError::new_err("semilinear: needs a matrix"))?,
-                )
+                let rest = rest(perhaps("jacobian"));
+                Problem::SemiLinear(rest.ok_or_else(|| {
+                    PyTypeError::new_err("semilinear: needs a matrix and nonlinear or kick")
+                })?)
             }
         };
         let size = problem.flow().len();
