@@ -20,7 +20,7 @@ pub fn not_solved(name: &str, t: f64, step: u64, iterations: u32, left: f64) -> 
     Box::new(Error::Convergence {
         message: format!(
             "{name}: iterations stopped at t = {t:.6} after {iterations}, change {left:.1e} of the \
-             state; reduce the step"
+             state; reduce the step, or give the system its jacobian= or linear="
         ),
         t,
         step,
@@ -51,6 +51,17 @@ pub fn not_solved_from<S: Flow + ?Sized>(
             t,
             step: 0,
         }),
+    }
+}
+
+/// The distance for a difference in each component of a rate: half the digits for the difference, half
+/// for what it neglects; of one that is zero, by what a step makes of it.
+pub fn distances(z: &[f64], rate: &[f64], h: f64, out: &mut [f64]) {
+    let made = |z: f64, rate: f64| z.abs().max((h * rate).abs());
+    let size = z.iter().zip(rate).fold(0.0_f64, |size, (z, rate)| size.max(made(*z, *rate)));
+    for ((out, z), rate) in out.iter_mut().zip(z).zip(rate) {
+        let own = made(*z, *rate).max(1e-3 * size);
+        *out = 1.5e-8 * if own > 0.0 { own } else { 1.0 };
     }
 }
 

@@ -175,8 +175,10 @@ impl LawsonGauss {
         let half = self.z.len().div_ceil(2);
         let mut sizes = [0.0_f64; 2];
         for (d, z) in self.z.iter().enumerate() {
-            let ends = &self.stages[d].0;
-            self.counts[d] = z.abs().max(ends[0].abs()).max(ends[self.table.b.len() - 1].abs());
+            // A stage may be small as what the state makes of it and what the remainder adds cancel.
+            let parts = [&self.stages[d].0, &self.bases[d].0];
+            let ends = parts.map(|x| x[0].abs().max(x[self.table.b.len() - 1].abs()));
+            self.counts[d] = z.abs().max(ends[0]).max(ends[1]);
             sizes[d / half] = sizes[d / half].max(self.counts[d]);
         }
         for (d, count) in self.counts.iter_mut().enumerate() {

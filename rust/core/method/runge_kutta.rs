@@ -4,7 +4,7 @@
 //! differences unless the system is linear, and iterated until rounding. Stages that depend on those
 //! before and on themselves alone are solved one after the other.
 
-use super::common::{check_finite, not_solved};
+use super::common::{check_finite, distances, not_solved};
 use super::{Bound, MethodInfo, Needs, OptionInfo, State, Step, Stepper, Work};
 use crate::error::{Error, Result};
 use crate::linalg::dense::Watch;
@@ -39,6 +39,7 @@ struct RungeKutta {
     stage: Vec<f64>,
     change: Vec<f64>,
     known: Vec<f64>,
+    distances: Vec<f64>,
 }
 
 /// Makes a method of a tableau for whatever system.
@@ -71,6 +72,7 @@ pub fn build(
         stage: zeros(m),
         change: zeros(rows.max(m)),
         known: zeros(m),
+        distances: zeros(m),
         stages,
     };
     Ok(Box::new(Bound::new(method, flow, String::new())))
@@ -107,11 +109,9 @@ impl RungeKutta {
         }
         system.rate(t, z, &mut self.known)?;
         self.stage.copy_from_slice(z);
-        let size = z.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+        distances(z, &self.known, self.h, &mut self.distances);
         for j in 0..m {
-            // Half the digits for the difference, half for what it neglects.
-            let d = 1.5e-8 * z[j].abs().max(1e-3 * size).max(1e-8);
-            self.stage[j] = z[j] + d;
+            self.stage[j] = z[j] + self.distances[j];
             let (d, rate) = (self.stage[j] - z[j], &mut self.change[..m]);
             system.rate(t, &self.stage, rate)?;
             for i in 0..m {
@@ -153,7 +153,10 @@ impl RungeKutta {
         let half = m.div_ceil(2);
         let mut sizes = [0.0_f64; 2];
         for (at, x) in z.iter().enumerate() {
-            sizes[at / half] = sizes[at / half].max(x.abs());
+            // Near an equilibrium rates are small as large terms cancel.
+            let row = &self.jacobian[m * at..][..m];
+            let terms: f64 = row.iter().zip(z).map(|(a, z)| (a * z).abs()).sum();
+            sizes[at / half] = sizes[at / half].max(x.abs()).max((h * terms).abs());
         }
         let mut last = f64::INFINITY;
         for iteration in 1..=CAP {
