@@ -32,6 +32,9 @@ const SMALL: f64 = 1e-11;
 /// The same where it has not shrunk for some iterations: of remainders that lose many digits.
 const NOISE: f64 = 1e-7;
 
+/// Sizes whose reciprocals are no numbers any more are none.
+const TINY: f64 = 1e-290;
+
 /// What rounding leaves of a change, about.
 const ROUNDING: f64 = 1e-16;
 
@@ -184,7 +187,7 @@ impl LawsonGauss {
         for (d, count) in self.counts.iter_mut().enumerate() {
             // Small ones beside large ones count as well, noise does not.
             let size = count.max(1e-3 * sizes[d / half]);
-            *count = if size > 0.0 { 1.0 / size } else { 0.0 };
+            *count = if size > TINY { 1.0 / size } else { 0.0 };
         }
     }
 

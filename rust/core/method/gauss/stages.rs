@@ -30,6 +30,9 @@ const SMALL: f64 = 1e-11;
 /// The same where it has not shrunk for some iterations: of rates that lose many digits.
 const NOISE: f64 = 1e-7;
 
+/// Sizes whose reciprocals are no numbers any more are none.
+const TINY: f64 = 1e-290;
+
 /// Change that is none.
 const NOTHING: f64 = 1e-20;
 
@@ -268,7 +271,7 @@ impl Gauss {
             // Small ones beside large ones count as well, noise does not.
             let size = count.max(1e-6 * sizes[d / half]);
             unknown += usize::from(size == 0.0);
-            *count = if size > 0.0 { 1.0 / size } else { 0.0 };
+            *count = if size > TINY { 1.0 / size } else { 0.0 };
         }
         unknown
     }
