@@ -15,10 +15,15 @@ RESONANT = "strang", "impulse", "deuflhard", "mclachlan84"
 RESONANCE_LIMIT = 2.0
 
 
+def resonates(method):
+    """Whether steps of a method along a fast flow can resonate with it."""
+    return method in RESONANT or method.startswith("lawson_gauss")
+
+
 def resonance(method, fastest, step):
     """What to say of a step that is too large for a method along a fast flow, or None."""
     phase = fastest * abs(step)
-    if phase < RESONANCE_LIMIT or not (method in RESONANT or method.startswith("lawson_gauss")):
+    if phase < RESONANCE_LIMIT or not resonates(method):
         return None
     return (
         f"{method}: w_max h = {phase:.3g} is beyond {RESONANCE_LIMIT:g}: steps can resonate with "
@@ -39,7 +44,8 @@ class System:
 
     def _warn_before(self, method, step):
         """Warns of a method that cannot be right with this step."""
-        words = resonance(method, self._fastest(), step)
+        # Frequencies are eigenvalues, which may take long.
+        words = resonance(method, self._fastest(), step) if resonates(method) else None
         if words is not None:
             warnings.warn(words, stacklevel=3)
 
