@@ -95,6 +95,9 @@ class _Called(System):
         times, states, shape = times_and_states(z, t, self.size)
         return self._energies(times, states).reshape(shape)
 
+    def _energy_at(self, z, t):
+        return self.energy(z, t)
+
     @property
     def _has_energy(self):
         return "potential" in self._functions
@@ -503,6 +506,4 @@ class _About(SemilinearSystem):
 
     def energy(self, z, t=0.0):
         """Energy of states, as the system that was split has it."""
-        if isinstance(self._system, _Called):
-            return self._system.energy(z, t)
-        return self._system.energy(z)
+        return self._system._energy_at(z, t)

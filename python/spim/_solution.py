@@ -209,8 +209,14 @@ class Solution:
 
     @property
     def energy(self):
-        """Energies of the stored states, (k,); `UnsupportedError` where the system has none."""
-        return self.system.energy(self.z)
+        """Energies of the stored states at their times, (k,).
+
+        Raises
+        ------
+        UnsupportedError
+            The system has none.
+        """
+        return self.system._energy_at(self.z, self.t)
 
     def save(self, path):
         """Write what is stored to a file, by its suffix.

@@ -51,3 +51,36 @@ def test_numbers_of_a_chain_are_named_with_their_value(given, message):
 def test_true_is_no_number_of_springs():
     with pytest.raises(TypeError, match="springs"):
         models.FermiPastaUlamTsingou(springs=True)
+
+
+def timed_systems():
+    """An oscillator with a potential 0.15 t that says nothing of the motion, in every form."""
+    A = [[0.0, 2.0], [-0.5, 0.0]]
+    whole = spim.HamiltonianSystem(
+        1,
+        lambda t, z: [0.5 * z[0], 2.0 * z[1]],
+        hamiltonian=lambda t, z: 0.25 * z[0] ** 2 + z[1] ** 2 + 0.15 * t,
+    )
+    yield whole
+    yield spim.SeparableSystem(
+        lambda t, q: -0.5 * q, mass=[0.5], potential=lambda t, q: 0.25 * q[0] ** 2 + 0.15 * t
+    )
+    yield spim.SemilinearSystem(A, lambda t, z: 0.0 * z, potential=lambda t, z: 0.15 * t)
+    yield spim.SemilinearSystem(A, force=lambda t, q: 0.0 * q, potential=lambda t, q: 0.15 * t)
+    yield spim.SemilinearSystem.about(whole, [0.0, 0.0])
+
+
+@pytest.mark.parametrize("system", list(timed_systems()))
+def test_energies_of_a_run_are_those_at_its_times(system):
+    run = spim.integrate(system, [1.0, 0.5], (3.0, 4.0), 0.25)
+    # The motion's own energy is conserved: 0.25 + 0.25.
+    assert np.abs(run.energy - (0.5 + 0.15 * run.t)).max() < 1e-12
+    assert np.abs(run.energy - system.energy(run.z, run.t)).max() == 0.0
+
+
+def test_energies_of_symbols_are_those_at_their_times():
+    sympy = pytest.importorskip("sympy")
+    q, p, t = sympy.symbols("q p t")
+    system = spim.from_sympy((p**2 + q**2) / 2 + t**2, q, p, t=t)
+    run = spim.integrate(system, [1.0, 0.0], (3.0, 4.0), 0.25)
+    assert np.abs(run.energy - (0.5 + run.t**2)).max() < 1e-12
