@@ -24,7 +24,7 @@ class Solution:
     outputs : ndarray (k, r)
         What was asked for with ``outputs=``.
     last : ndarray (m,)
-        The state the run has reached.
+        The state the run has reached, whatever `t_eval` asked for.
     step : float
         The step taken, signed: that asked for, or the next smaller one that divides the span.
     method : str

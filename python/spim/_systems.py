@@ -109,7 +109,9 @@ class LinearSystem(System):
     def with_load(self, load):
         """The same system under another load, or None."""
         other = copy.copy(self)
-        other._set_load(load, self._input.shape[1], getattr(self, "mass", None))
+        matrices = self._matrices()
+        mass = None if matrices is None else matrices[0]
+        other._set_load(load, self._input.shape[1], mass)
         return other
 
     @property

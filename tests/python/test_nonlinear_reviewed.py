@@ -84,3 +84,18 @@ def test_energies_of_symbols_are_those_at_their_times():
     system = spim.from_sympy((p**2 + q**2) / 2 + t**2, q, p, t=t)
     run = spim.integrate(system, [1.0, 0.0], (3.0, 4.0), 0.25)
     assert np.abs(run.energy - (0.5 + run.t**2)).max() < 1e-12
+
+
+def test_last_is_what_the_run_has_reached_not_the_last_time_asked_for():
+    circle = spim.HamiltonianSystem(1, lambda t, z: z)
+    run = spim.integrate(circle, [1.0, 0.0], (0.0, 1.0), 0.25, t_eval=[0.1, 0.5])
+    assert np.abs(run.last - [np.cos(1.0), -np.sin(1.0)]).max() < 1e-14
+    assert np.array_equal(run.last, run.state.z)
+
+
+def test_oscillators_take_the_method_of_modes_or_a_sentence():
+    system = models.Oscillators([1.0, 1.0], [1.0, 9.0])
+    run = spim.integrate(system, [1.0, 1.0, 0.0, 0.0], (0.0, 1.0), 0.25, method="modal")
+    assert np.abs(run.q[-1] - np.cos([1.0, 3.0])).max() < 1e-14
+    with pytest.raises(spim.UnsupportedError, match="coordinates.*needs a structure"):
+        spim.integrate(system, [1.0] * 4, (0.0, 1.0), 0.25, coordinates="energy")
