@@ -117,6 +117,9 @@ class Solution:
         ------
         ValueError
             `t` outside the run.
+        UnsupportedError
+            A method whose steps go on from several states, as those with an ``approximation`` other
+            than "linear" do.
         ModelError, ConvergenceError
             A step beside the run fails.
         """

@@ -99,3 +99,26 @@ def test_oscillators_take_the_method_of_modes_or_a_sentence():
     assert np.abs(run.q[-1] - np.cos([1.0, 3.0])).max() < 1e-14
     with pytest.raises(spim.UnsupportedError, match="coordinates.*needs a structure"):
         spim.integrate(system, [1.0] * 4, (0.0, 1.0), 0.25, coordinates="energy")
+
+
+@pytest.mark.parametrize("approximation", ["quadratic", "cubic", ("trigonometric", 1.0)])
+@pytest.mark.parametrize("method", ["spim_explicit", "spim_pc", "spim_implicit"])
+def test_steps_from_several_states_have_no_tangent_map(method, approximation):
+    system, z0 = models.HenonHeiles(), [0.1, 0.0, 0.2, 0.2]
+    run = spim.integrate(system, z0, (0.0, 2.0), 0.125, method=method, approximation=approximation)
+    with pytest.raises(spim.UnsupportedError, match="go on from several states"):
+        run.jacobian()
+
+
+def test_the_tangent_map_of_straight_lines_is_that_of_the_run():
+    system, z0 = models.HenonHeiles(), np.array([0.1, 0.0, 0.2, 0.2])
+
+    def end(z):
+        run = spim.integrate(
+            system, z, (0.0, 1.0), 0.125, method="spim_implicit", approximation="linear"
+        )
+        return run
+
+    J, d = end(z0).jacobian(), 1e-5
+    column = (end(z0 + [d, 0, 0, 0]).last - end(z0 - [d, 0, 0, 0]).last) / (2.0 * d)
+    assert np.abs(J[:, 0] - column).max() < 1e-9
