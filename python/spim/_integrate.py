@@ -80,7 +80,7 @@ def integrate(
         False: a run that has begun and fails returns what it has, with ``success`` False, instead
         of raising. What fails before the first step is raised in any case.
     **options
-        Options of the method; see ``spim.methods()``.
+        Options of the method; ``print(spim.methods())`` lists them and what they do.
 
     Returns
     -------
@@ -119,6 +119,11 @@ def integrate(
             f"system: must be a spim system such as spim.LinearSystem, got {type(system).__name__}"
         )
     if isinstance(method, RungeKutta):
+    if method == "runge_kutta" and options.keys() & {"a", "b"}:
+        if not {"a", "b"} <= options.keys():
+            raise TypeError("runge_kutta: needs both a= and b=, or none")
+        options = dict(options)
+        method = RungeKutta(options.pop("a"), options.pop("b"))
         method, options = "runge_kutta", {**options, **method._options()}
     if not isinstance(method, str):
         raise TypeError(
