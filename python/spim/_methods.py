@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from spim import _core
 
 OPTIONS = (
-    "options: keyword arguments of integrate. The tables are of methods without any, and of auto on "
-    "linear systems"
+    "options: keyword arguments of integrate. The tables are of methods without any, and of auto "
+    "on linear systems"
 )
 INDENT = {"initial_indent": "    ", "subsequent_indent": "    "}
 

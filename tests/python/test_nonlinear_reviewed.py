@@ -114,11 +114,40 @@ def test_the_tangent_map_of_straight_lines_is_that_of_the_run():
     system, z0 = models.HenonHeiles(), np.array([0.1, 0.0, 0.2, 0.2])
 
     def end(z):
-        run = spim.integrate(
+        return spim.integrate(
             system, z, (0.0, 1.0), 0.125, method="spim_implicit", approximation="linear"
         )
-        return run
 
     J, d = end(z0).jacobian(), 1e-5
     column = (end(z0 + [d, 0, 0, 0]).last - end(z0 - [d, 0, 0, 0]).last) / (2.0 * d)
     assert np.abs(J[:, 0] - column).max() < 1e-9
+
+
+def test_a_tableau_is_taken_as_options_too():
+    system, z0 = models.HenonHeiles(), [0.1, 0.0, 0.2, 0.2]
+    a, b = np.array([[0.25, 0.0], [0.5, 0.25]]), [0.5, 0.5]
+    one = spim.integrate(system, z0, (0.0, 1.0), 0.125, method="runge_kutta", a=a, b=b)
+    other = spim.integrate(system, z0, (0.0, 1.0), 0.125, method=spim.RungeKutta(a, b))
+    assert np.array_equal(one.z, other.z)
+    with pytest.raises(TypeError, match="both a= and b="):
+        spim.integrate(system, z0, (0.0, 1.0), 0.125, method="runge_kutta", a=a)
+
+
+def test_labels_of_auto_are_said_to_be_those_of_linear_systems():
+    auto = next(method for method in spim.methods() if method.name == "auto")
+    assert "of others lawson_gauss16, gauss16 or srk2, with theirs" in auto.summary
+    docs = [m.options["approximation"] for m in spim.methods() if "approximation" in m.options]
+    assert len(docs) == 3
+    assert all("so not symmetric" in doc for doc in docs)
+
+
+@pytest.mark.parametrize("kind", [SystemExit, GeneratorExit, KeyboardInterrupt])
+def test_throw_false_returns_exceptions_alone(kind):
+    def rate(t, z):
+        if t > 0.5:
+            raise kind
+        return -z
+
+    with pytest.raises(kind) as caught:
+        spim.integrate(spim.FlowSystem(1, rate), [1.0], (0.0, 1.0), 0.1, method="rk4", throw=False)
+    assert len(caught.value.partial.t) > 3
