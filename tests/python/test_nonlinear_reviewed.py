@@ -151,3 +151,51 @@ def test_throw_false_returns_exceptions_alone(kind):
     with pytest.raises(kind) as caught:
         spim.integrate(spim.FlowSystem(1, rate), [1.0], (0.0, 1.0), 0.1, method="rk4", throw=False)
     assert len(caught.value.partial.t) > 3
+
+
+def flow(function):
+    return spim.FlowSystem(1, lambda t, z: [function(z[0])])
+
+
+@pytest.mark.parametrize(
+    ("function", "z", "slope"),
+    [
+        (lambda z: np.sin(1000.0 * z), 1.0, 1000.0 * np.cos(1000.0)),
+        (lambda z: np.tanh(1e6 * (z - 1.0)), 1.0, 1e6),
+        (lambda z: np.exp(-1e10 * z) - 1.0, 0.0, -1e10),
+        (lambda z: z + 1e-6 * np.sin(1e6 * z), 0.0, 2.0),
+    ],
+)
+def test_linearisation_finds_scales_below_its_differences(function, z, slope):
+    assert abs(spim.linearize(flow(function), [z])[0, 0] / slope - 1.0) < 1e-10
+
+
+def test_linearisation_warns_of_scales_it_cannot_find_and_takes_one_given():
+    fine = flow(lambda z: np.sin(1e18 * z))
+    with pytest.warns(UserWarning, match="component 0 of the state do not agree"):
+        spim.linearize(fine, [0.0])
+    assert abs(spim.linearize(fine, [0.0], scale=1e-18)[0, 0] / 1e18 - 1.0) < 1e-10
+    for scale in (0.0, -1.0, [1.0, 2.0]):
+        with pytest.raises(ValueError, match="scale: must be a positive number or 1"):
+            spim.linearize(fine, [0.0], scale=scale)
+
+
+@pytest.mark.parametrize("scale", [None, [1e-10, 1e-23]])
+def test_a_molecule_in_si_units_is_split_at_its_frequency(scale):
+    # Hydrogen: J, 1/m, m, kg.
+    depth, a, rest, mass = 7.2e-19, 1.9e10, 7.4e-11, 8.4e-28
+
+    def gradient(t, z):
+        pull = np.exp(-a * (z[0] - rest))
+        return [2.0 * depth * a * pull * (1.0 - pull), z[1] / mass]
+
+    molecule = spim.HamiltonianSystem(1, gradient)
+    split = spim.SemilinearSystem.about(molecule, [rest, 0.0], scale=scale)
+    found = np.sqrt(-split.linear[0, 1] * split.linear[1, 0])
+    assert abs(found / (a * np.sqrt(2.0 * depth / mass)) - 1.0) < 1e-10
+
+
+def test_linearisation_takes_rounded_rates_as_they_are():
+    # Ten digits are lost; a kink has the mean of its slopes.
+    assert abs(spim.linearize(flow(lambda z: (z + 1e6) - 1e6), [0.3])[0, 0] - 1.0) < 1e-7
+    assert abs(spim.linearize(flow(lambda z: max(z, 0.0)), [0.0])[0, 0] - 0.5) < 1e-12
