@@ -199,3 +199,33 @@ def test_linearisation_takes_rounded_rates_as_they_are():
     # Ten digits are lost; a kink has the mean of its slopes.
     assert abs(spim.linearize(flow(lambda z: (z + 1e6) - 1e6), [0.3])[0, 0] - 1.0) < 1e-7
     assert abs(spim.linearize(flow(lambda z: max(z, 0.0)), [0.0])[0, 0] - 0.5) < 1e-12
+
+
+def test_a_forgotten_args_is_named_not_taken_for_a_nan():
+    system = spim.FlowSystem(1, lambda t, z, k: -k * z)
+    with pytest.raises(ValueError, match=r"rate: has three arguments.*written nothing.*args="):
+        spim.integrate(system, [1.0], (0.0, 1.0), 0.1, method="rk4")
+
+    def writes_and_returns(t, z, out):
+        out[:] = -z
+        return out
+
+    system = spim.FlowSystem(1, writes_and_returns)
+    run = spim.integrate(system, [1.0], (0.0, 1.0), 0.1, method="gauss8")
+    assert abs(run.last[0] - np.exp(-1.0)) < 1e-10
+
+
+@pytest.mark.parametrize("batch", [False, True])
+def test_a_compiled_energy_that_writes_a_gradient_spoils_nothing(batch):
+    numba = pytest.importorskip("numba")
+
+    @numba.cfunc(spim.cfunc_signature(batch))
+    def energy(t, z, out):
+        for i in range(8 if batch else 1):
+            out[i] = 0.5 * z[i]
+        for i in range(8 if batch else 1, 512 if batch else 64):
+            out[i] = 1e300
+
+    system = spim.HamiltonianSystem(32, lambda t, z: z, hamiltonian=energy)
+    z = np.arange(1.0, 65.0) * np.ones((50, 1))
+    assert (system.energy(z) == 0.5).all()
