@@ -4,7 +4,7 @@ python docs/methods.py > docs/methods.md
 """
 
 import spim
-from spim._methods import cells
+from spim._methods import cells, takes
 
 HEAD = """\
 # The methods, as they are measured
@@ -15,6 +15,14 @@ them, and makes this page. It is to be run after a change of a method and for a 
 differs in the file is what the change does. The suite fails where the file is not what is
 measured, to every digit, and where a measured order is not within 0.15 of the stated one. All
 columns but *needs*, *stated order*, *symplectic* and *symmetric* are measured.
+"""
+
+OPTIONS = """\
+## Options
+
+Keyword arguments of `integrate`. Labels and figures above are those of methods without any; those
+of `auto` are of linear systems: on others it has those of the method it takes, which
+`solution.method` names.
 """
 
 HOW = """\
@@ -79,7 +87,12 @@ def page():
         says = ["yes" if label else "no" for label in (method.symplectic, method.symmetric)]
         labels = [f"`{method.name}`", method.needs, stated, order]
         rows.append([*labels, says[0], symplectic, says[1], back, *rest])
-    return f"{HEAD}\n{table(head, rows)}\n\n{HOW}"
+    options = [
+        [f"`{name}`", ", ".join(f"`{method}`" for method in names), doc]
+        for name, names, doc in takes(spim.methods())
+    ]
+    listed = table(["option", "of", "what it does"], options)
+    return f"{HEAD}\n{table(head, rows)}\n\n{OPTIONS}\n{listed}\n\n{HOW}"
 
 
 if __name__ == "__main__":

@@ -151,7 +151,7 @@ def _check_length(z, *sizes):
 
 
 def _demand_plain(system, what):
-    if not hasattr(system, "mass"):
+    if not hasattr(system, "gyroscopic"):
         raise UnsupportedError(f"{what} needs a structure, got {type(system).__name__}")
     if system.gyroscopic.any():
         raise UnsupportedError(f"{what} needs a structure without gyroscopic terms")
@@ -162,7 +162,7 @@ def coordinates_of(system, method, options):
     if not hasattr(system, "A"):
         kind = Whole if system._core.size == system.size else WithBooks
         return kind(system)
-    if method == "modal" and hasattr(system, "mass"):
+    if method == "modal" and hasattr(system, "gyroscopic"):
         return _made(Modal, system)
     if options.get("coordinates") == "energy":
         return _made(Energy, system)

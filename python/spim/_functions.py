@@ -95,6 +95,9 @@ class _Called(System):
         times, states, shape = times_and_states(z, t, self.size)
         return self._energies(times, states).reshape(shape)
 
+    def _energy_at(self, z, t):
+        return self.energy(z, t)
+
     @property
     def _has_energy(self):
         return "potential" in self._functions
@@ -440,7 +443,7 @@ class SemilinearSystem(_Called):
         self._take(functions, self._linear.A, args, vectorized)
 
     @classmethod
-    def about(cls, system, z0, t=0.0):
+    def about(cls, system, z0, t=0.0, *, scale=None):
         """Any system, split at its linearisation at a state: for methods that need a linear part.
 
         Parameters
@@ -450,6 +453,8 @@ class SemilinearSystem(_Called):
         z0 : array_like (m,)
             The state; an equilibrium, as a rule.
         t : float
+        scale : array_like (m,) or float, optional
+            As for `linearize`.
 
         Returns
         -------
@@ -463,7 +468,7 @@ class SemilinearSystem(_Called):
         UnsupportedError
             A system with a load, or a beam with damping, which steps more than its state.
         """
-        return _About(system, z0, t)
+        return _About(system, z0, t, scale)
 
     @property
     def linear(self):
@@ -483,8 +488,8 @@ class SemilinearSystem(_Called):
 class _About(SemilinearSystem):
     """See `SemilinearSystem.about`."""
 
-    def __init__(self, system, z0, t):
-        A = linearize(system, z0, t)
+    def __init__(self, system, z0, t, scale):
+        A = linearize(system, z0, t, scale=scale)
         if system.load is not None or stepped(system) != system.size:
             raise UnsupportedError(
                 f"about: {type(system).__name__} has a load, or steps accounts along with its "
@@ -503,6 +508,4 @@ class _About(SemilinearSystem):
 
     def energy(self, z, t=0.0):
         """Energy of states, as the system that was split has it."""
-        if isinstance(self._system, _Called):
-            return self._system.energy(z, t)
-        return self._system.energy(z)
+        return self._system._energy_at(z, t)

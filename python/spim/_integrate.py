@@ -77,10 +77,11 @@ def integrate(
         resume=solution.state)``. Method, options and step are those of that run, and the grid is,
         which ``t2`` must lie on; others are a `ValueError`. The same bits as without interruption.
     throw : bool
-        False: a run that has begun and fails returns what it has, with ``success`` False, instead
-        of raising. What fails before the first step is raised in any case.
+        False: a run that has begun and fails with an `Exception` returns what it has, with
+        ``success`` False, instead of raising. What fails before the first step is raised in any
+        case, and so are KeyboardInterrupt, SystemExit and GeneratorExit.
     **options
-        Options of the method; see ``spim.methods()``.
+        Options of the method; ``print(spim.methods())`` lists them and what they do.
 
     Returns
     -------
@@ -118,6 +119,11 @@ def integrate(
         raise TypeError(
             f"system: must be a spim system such as spim.LinearSystem, got {type(system).__name__}"
         )
+    if method == "runge_kutta" and options.keys() & {"a", "b"}:
+        if not {"a", "b"} <= options.keys():
+            raise TypeError("runge_kutta: needs both a= and b=, or none")
+        options = dict(options)
+        method = RungeKutta(options.pop("a"), options.pop("b"))
     if isinstance(method, RungeKutta):
         method, options = "runge_kutta", {**options, **method._options()}
     if not isinstance(method, str):

@@ -1,13 +1,23 @@
 """The methods, as their records in the core describe them."""
 
+import textwrap
 from dataclasses import dataclass, field
 
 from spim import _core
+
+OPTIONS = (
+    "options: keyword arguments of integrate. The tables are of methods without any, and of auto "
+    "on linear systems"
+)
+INDENT = {"initial_indent": "    ", "subsequent_indent": "    "}
 
 
 @dataclass(frozen=True)
 class Method:
     """What is true of a method at its default options, and what was measured of it.
+
+    Labels of "auto" are those on linear systems; on others it has those of the method it takes,
+    which ``solution.method`` names. Options can change order and labels, as they say.
 
     The figures are measured by the verification suite, `pim` and `spim` without their doublings, on
     Hénon and Heiles' system or, where a method needs a linear one, on two coupled oscillators, with
@@ -65,7 +75,7 @@ class Method:
 
 
 class Methods(list):
-    """A list of records that prints as two tables: what is said of them, what was measured."""
+    """A list of records that prints as tables: what is said of them, what was measured, options."""
 
     def __str__(self):
         labels = [("name", "order", "symplectic", "symmetric", "needs", "what it is")]
@@ -94,9 +104,23 @@ class Methods(list):
             ("", "", "defect", "defect", "error", "of it", "a step", "a step"),
             *((m.name, *cells(m)) for m in self),
         ]
-        return f"{_aligned(labels)}\n\n{_aligned(figures)}"
+        tables = [_aligned(labels), _aligned(figures)]
+        options = [
+            f"{name}: of {', '.join(names)}\n{textwrap.fill(doc, 96, **INDENT)}"
+            for name, names, doc in takes(self)
+        ]
+        return "\n\n".join(tables + (["\n".join([OPTIONS, *options])] if options else []))
 
     __repr__ = __str__
+
+
+def takes(records):
+    """The options of methods: name, names of the methods that take it, what it does."""
+    found = {}
+    for record in records:
+        for option in record.options.items():
+            found.setdefault(option, []).append(record.name)
+    return [(name, names, doc) for (name, doc), names in found.items()]
 
 
 def cells(method):
@@ -145,7 +169,7 @@ def methods():
     Returns
     -------
     list of Method
-        Prints as two tables: what is said of the methods, and what was measured.
+        Prints as tables: what is said of the methods, what was measured, and their options.
     """
     records = _core.methods()
     return Methods(Method(**{**r, "aliases": tuple(r["aliases"])}) for r in records)

@@ -24,7 +24,7 @@ class Solution:
     outputs : ndarray (k, r)
         What was asked for with ``outputs=``.
     last : ndarray (m,)
-        The state the run has reached.
+        The state the run has reached, whatever `t_eval` asked for.
     step : float
         The step taken, signed: that asked for, or the next smaller one that divides the span.
     method : str
@@ -117,6 +117,9 @@ class Solution:
         ------
         ValueError
             `t` outside the run.
+        UnsupportedError
+            A method whose steps go on from several states, as those with an ``approximation`` other
+            than "linear" do.
         ModelError, ConvergenceError
             A step beside the run fails.
         """
@@ -209,8 +212,14 @@ class Solution:
 
     @property
     def energy(self):
-        """Energies of the stored states, (k,); `UnsupportedError` where the system has none."""
-        return self.system.energy(self.z)
+        """Energies of the stored states at their times, (k,).
+
+        Raises
+        ------
+        UnsupportedError
+            The system has none.
+        """
+        return self.system._energy_at(self.z, self.t)
 
     def save(self, path):
         """Write what is stored to a file, by its suffix.

@@ -15,10 +15,15 @@ RESONANT = "strang", "impulse", "deuflhard", "mclachlan84"
 RESONANCE_LIMIT = 2.0
 
 
+def resonates(method):
+    """Whether steps of a method along a fast flow can resonate with it."""
+    return method in RESONANT or method.startswith("lawson_gauss")
+
+
 def resonance(method, fastest, step):
     """What to say of a step that is too large for a method along a fast flow, or None."""
     phase = fastest * abs(step)
-    if phase < RESONANCE_LIMIT or not (method in RESONANT or method.startswith("lawson_gauss")):
+    if phase < RESONANCE_LIMIT or not resonates(method):
         return None
     return (
         f"{method}: w_max h = {phase:.3g} is beyond {RESONANCE_LIMIT:g}: steps can resonate with "
@@ -39,7 +44,8 @@ class System:
 
     def _warn_before(self, method, step):
         """Warns of a method that cannot be right with this step."""
-        words = resonance(method, self._fastest(), step)
+        # Frequencies are eigenvalues, which may take long.
+        words = resonance(method, self._fastest(), step) if resonates(method) else None
         if words is not None:
             warnings.warn(words, stacklevel=3)
 
@@ -55,6 +61,10 @@ class System:
     def _fastest(self):
         """Largest frequency of that part."""
         return float(np.abs(self._spectrum.imag).max(initial=0.0))
+
+    def _energy_at(self, z, t):
+        """Energies of states at their times, which matter where an energy depends on them."""
+        return self.energy(z)
 
     def _solution(self, run, options, shown):
         """What a run gives back."""
@@ -99,7 +109,9 @@ class LinearSystem(System):
     def with_load(self, load):
         """The same system under another load, or None."""
         other = copy.copy(self)
-        other._set_load(load, self._input.shape[1], getattr(self, "mass", None))
+        matrices = self._matrices()
+        mass = None if matrices is None else matrices[0]
+        other._set_load(load, self._input.shape[1], mass)
         return other
 
     @property

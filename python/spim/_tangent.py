@@ -4,6 +4,7 @@ import numpy as np
 
 from spim import _core
 from spim._coordinates import coordinates_of
+from spim._core import UnsupportedError
 from spim._walk import walk
 
 # Steps whose states are held at once.
@@ -19,6 +20,11 @@ def tangent(solution, t):
     count, rest = _steps(start, t, h)
     if hasattr(system, "with_load"):
         return _columns(solution, system.with_load(None), start, start + count * h, t, rest)
+    if solution._options.get("approximation") not in (None, "linear"):
+        raise UnsupportedError(
+            f"jacobian: steps of {solution._name} with this approximation go on from several "
+            'states before them, so that there is no map of one; take "linear", or another method'
+        )
     product = np.eye(len(z))[:, :size]
     for first, states in _states(solution, count + (rest != 0.0)):
         whole = min(len(states), count - first)

@@ -53,9 +53,13 @@ def test_the_energy_error_is_that_of_a_run():
     assert f"{error:.1e}" == f"{record.energy_error:.1e}"
 
 
-def test_both_tables_are_printed():
-    text = str(METHODS).split("\n\n")
+def test_both_tables_are_printed_and_all_options():
+    *text, options = str(METHODS).split("\n\n")
     assert [len(table.splitlines()) for table in text] == [len(METHODS) + 1, len(METHODS) + 2]
+    for method in METHODS:
+        for name, doc in method.options.items():
+            lines = options.split(f"\n{name}: of ")
+            assert any(method.name in line and doc[:40] in line for line in lines), name
     line = next(line for line in text[1].splitlines() if line.startswith("gauss16 "))
     assert line.split()[1] == "16.00"
     assert line.split()[-1] == "0"

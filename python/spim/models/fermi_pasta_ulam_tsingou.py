@@ -3,7 +3,13 @@
 import numpy as np
 
 from spim._arrays import finite
+from spim._choice import Choice, collocation
 from spim.models._native import Native
+
+# Stiff springs up to which there is a linear part, and to which "auto" takes its exponentials:
+# products with them are 16 m^2 numbers a stage, beside those of the springs, which are m.
+LARGEST, EXPONENTIAL = 1024, 64
+NONE = np.zeros(0, complex)
 
 
 class FermiPastaUlamTsingou(Native):
@@ -18,21 +24,38 @@ class FermiPastaUlamTsingou(Native):
     Parameters
     ----------
     springs : int
-        m, stiff ones.
+        m, stiff ones, to 1e6. Of 1024 or fewer the linear part is known, a full matrix of 4 m rows:
+        longer chains are for explicit methods, which "auto" takes then; implicit ones iterate
+        without it, and exponential ones refuse.
     frequency : float
         Of each, rad/s.
 
     Raises
     ------
     ValueError
-        Numbers that are not positive and finite; `springs` that is not whole.
+        Numbers that are not positive and finite; `springs` that is not whole, or too large.
     """
 
     _name = "fput"
 
     def __init__(self, springs=3, frequency=50.0):
-        self.springs, self.frequency = springs, float(finite("frequency", frequency, ()))
+        if isinstance(springs, bool | np.bool_):
+            raise TypeError(f"springs: must be a whole number, got {springs}")
+        self.frequency = float(finite("frequency", frequency, ()))
         self._make(springs, frequency)
+        self.springs = int(springs)
+
+    @property
+    def _spectrum(self):
+        return np.array([0.0, 1j, -1j]) * self.frequency if self.springs <= LARGEST else NONE
+
+    def _chosen(self, step):
+        if self.springs > LARGEST:
+            words = "explicit, of order 10, symplectic: the chain is too long for matrices"
+            return Choice("sofroniou_spaletta10", words)
+        if self.springs > EXPONENTIAL:
+            return collocation("symplectic; too long a chain for exponentials")
+        return super()._chosen(step)
 
     def state(self):
         """The usual start: the first stiff spring swings, at unit energy each way, (4 m,)."""

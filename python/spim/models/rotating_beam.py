@@ -385,6 +385,9 @@ class RotatingBeam(BeamAnalysis, System):
         """Energy of states, (..., 2 N) -> (...), J; relative to a prescribed rotation."""
         return self._mapped("energies", z, t).sum(axis=-1)
 
+    def _energy_at(self, z, t):
+        return self.energy(z, t)
+
     def kinetic_energy(self, z, t=0.0):
         """Kinetic part of the energy, (..., 2 N) -> (...), J."""
         return self._mapped("energies", z, t)[..., 0]

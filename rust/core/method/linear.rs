@@ -161,8 +161,9 @@ const REFERENCE: &str = "Huang, Deng & Yao, J. Sound Vib. 299 (2007)";
 pub(super) const AUTO: MethodInfo = MethodInfo {
     name: "auto",
     aliases: &[],
-    summary: "the exponential right to the last bit (32 states or fewer, separable systems) or SID \
-              21+",
+    summary: "of linear systems, which its labels are of, the exponential right to the last bit (32 \
+              states or fewer, separable ones) or SID 21+; of others lawson_gauss16, gauss16 or srk2, \
+              with theirs",
     order: None,
     symplectic: true,
     symmetric: true,

@@ -331,6 +331,9 @@ pub const METHODS: &[&MethodInfo] = &[
     &rk4::RK4,
 ];
 
+/// Components beyond which models have no linear part.
+const LARGEST: usize = 4096;
+
 /// Looks a method up by name.
 ///
 /// # Errors
@@ -394,6 +397,12 @@ pub fn build(
             (Problem::Beam(_), Needs::SemiLinear | Needs::Canonical) => {
                 "; a beam is one where its hub turns freely, joint locked, to first or zeroth order of \
                  coupling, without gravity, damping and loads"
+            }
+            (
+                Problem::Separable(system),
+                Needs::SemiLinear | Needs::Canonical | Needs::Potential,
+            ) if system.len() > LARGEST => {
+                "; linear parts are full matrices, and models have none beyond 4096 components"
             }
             _ => "",
         };

@@ -31,8 +31,8 @@ const MOST: usize = 4;
 pub const APPROXIMATION: OptionInfo = OptionInfo {
     name: "approximation",
     doc: "of the remainder over a step: \"linear\" (default), \"quadratic\", \"cubic\", of order 2, 3, 4, or \
-          (\"trigonometric\", w) with w in rad per unit of time, of order 3, through the remainders at the \
-          last grid points",
+          (\"trigonometric\", w) with w in rad per unit of time, of order 3; all but the first through the \
+          remainders at the last grid points, and so not symmetric",
 };
 
 /// What the remainder is taken for over a step.

@@ -5,50 +5,57 @@
 //! `H = |p|^2/2 + w^2/2 sum y_i^2 + 1/4 [(x_1 - y_1)^4 + sum (x_i+1 - y_i+1 - x_i - y_i)^4 + (x_m + y_m)^4]`.
 //! The energy of the stiff springs is nearly conserved over long times, though they exchange it.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
-use super::{Native, separable};
+use super::{Native, positive, separable};
 use crate::error::{Error, Result};
 use crate::linalg::kernel::{Lanes, Pack};
 use crate::system::{Formula, Parts, SemiLinear, SplitFormula, split_rate};
+
+/// Stiff springs up to which there is a linear part: it is a full matrix, of 128 MiB then.
+const LARGEST: usize = 1024;
 
 /// The chain; its state is `[x, y, px, py]`, m numbers each.
 #[derive(Clone)]
 pub struct Chain {
     springs: usize,
     frequency: f64,
-    /// The linear part, row by row.
-    matrix: Vec<f64>,
+    /// The linear part, row by row, from when somebody asks for it.
+    matrix: Arc<OnceLock<Vec<f64>>>,
 }
 
 /// With the number of stiff springs and their frequency.
 ///
 /// # Errors
-/// [`Error::Argument`] for numbers that are not positive, or not whole.
+/// [`Error::Argument`] for numbers that are not positive, or not whole, and for more than 1e6 springs.
 pub fn make(parameters: &[f64]) -> Result<Native> {
     match *parameters {
-        [springs, frequency]
-            if springs >= 1.0
-                && springs.fract() == 0.0
-                && springs <= 1e6
-                && frequency > 0.0
-                && frequency.is_finite() =>
-        {
-            let (m, n) = (springs as usize, 4 * springs as usize);
-            let mut matrix = vec![0.0; n * n];
-            for i in 0..2 * m {
-                matrix[n * i + 2 * m + i] = 1.0;
-            }
-            for i in m..2 * m {
-                matrix[n * (2 * m + i) + i] = -frequency * frequency;
-            }
-            Ok(separable(Chain { springs: m, frequency, matrix }))
+        [springs, _] if !((1.0..=1e6).contains(&springs) && springs.fract() == 0.0) => {
+            Err(Error::argument(format!(
+                "springs: must be a whole number from 1 to 1e6, got {springs}"
+            )))
         }
-        _ => Err(Error::argument("springs, frequency: must be a whole and a positive number")),
+        [springs, frequency] => {
+            positive(["frequency"], &[frequency])?;
+            Ok(separable(Chain { springs: springs as usize, frequency, matrix: Arc::default() }))
+        }
+        _ => Err(Error::argument("model: 2 parameters are needed")),
     }
 }
 
 impl Chain {
+    fn linear_part(&self) -> Vec<f64> {
+        let (m, n) = (self.springs, 4 * self.springs);
+        let mut matrix = vec![0.0; n * n];
+        for i in 0..2 * m {
+            matrix[n * i + 2 * m + i] = 1.0;
+        }
+        for i in m..2 * m {
+            matrix[n * (2 * m + i) + i] = -self.frequency * self.frequency;
+        }
+        matrix
+    }
+
     /// Adds the forces of the soft springs; their energy.
     #[inline(always)]
     fn soft<V: Lanes>(&self, q: &[Pack<V>], force: Option<&mut [Pack<V>]>) -> Pack<V> {
@@ -93,7 +100,8 @@ impl Formula for Chain {
         split_rate(self, t, z, f);
     }
     fn linear(&self) -> Option<&[f64]> {
-        Some(&self.matrix)
+        let made = || &self.matrix.get_or_init(|| self.linear_part())[..];
+        (self.springs <= LARGEST).then(made)
     }
 }
 
@@ -117,7 +125,7 @@ impl SplitFormula for Chain {
         self.soft(q, Some(rate));
     }
     fn semilinear(&self) -> Option<Arc<dyn SemiLinear>> {
-        Some(Arc::new(self.clone()))
+        (self.springs <= LARGEST).then(|| Arc::new(self.clone()) as Arc<dyn SemiLinear>)
     }
 }
 
@@ -150,5 +158,15 @@ mod tests {
             let linear: f64 = (0..12).map(|j| split.matrix()[12 * i + j] * z[j]).sum();
             assert!((linear + rest[i] - whole[i]).abs() < 1e-14);
         }
+    }
+
+    #[test]
+    fn a_chain_of_a_million_springs_has_rates_and_no_matrix() {
+        let native = make(&[1e6, 50.0]).unwrap();
+        let z = vec![0.5; 4_000_000];
+        let mut f = vec![f64::NAN; z.len()];
+        native.hamiltonian.rate(0.0, &z, &mut f).unwrap();
+        assert!(f.iter().all(|x| x.is_finite()));
+        assert!(native.problem.semilinear().is_none() && native.hamiltonian.linear().is_none());
     }
 }

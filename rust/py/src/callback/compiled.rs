@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::ffi::c_void;
 
 use spim::Result;
-use spim::linalg::kernel::Eight;
+use spim::linalg::kernel::{Eight, doubles_mut};
 
 use super::function::{Columns, not_finite};
 
@@ -74,7 +74,7 @@ impl Compiled {
             let mut space = SPACE.take();
             space.clear();
             space.extend(x.iter().map(|x| Eight([*x; 8])));
-            space.resize(x.len() + out.len(), NAN);
+            space.resize(x.len() + out.len().max(x.len()), NAN);
             let (states, results) = space.split_at_mut(x.len());
             self.batch(&Eight([t; 8]), states, results);
             for (out, result) in out.iter_mut().zip(results) {
@@ -83,6 +83,17 @@ impl Compiled {
             SPACE.set(space);
             return;
         };
+        if out.len() < x.len() {
+            // Who takes an energy for a gradient writes as many numbers as there are components.
+            let mut space = SPACE.take();
+            space.clear();
+            space.resize(x.len().div_ceil(8), NAN);
+            let wide = &mut doubles_mut(&mut space)[..x.len()];
+            self.one(t, x, wide);
+            out.copy_from_slice(&wide[..out.len()]);
+            SPACE.set(space);
+            return;
+        }
         out.fill(f64::NAN);
         // SAFETY: the signature was checked where the function was given, and sizes are what the
         // system was made with.

@@ -119,13 +119,19 @@ impl Called {
                 // What a function forgets to write must not pass for a number.
                 out.slice_mut(py).fill(f64::NAN);
                 let given = [&time, arrays.x.array(py), out.array(py)];
-                call(self.call.bind(py), given.into_iter().chain(args))?;
+                let returned = call(self.call.bind(py), given.into_iter().chain(args))?;
                 let written = out.numbers(py).ok_or_else(|| {
                     PyValueError::new_err(format!(
                         "{name}: `out` has another shape or type than it was given at t = {first}; \
                          write to it as out[:] = ..."
                     ))
                 })?;
+                if !returned.is_none() && written.iter().all(|x| x.is_nan()) {
+                    return Err(PyValueError::new_err(format!(
+                        "{name}: has three arguments, so that it must write its result to the third, \
+                         and has written nothing at t = {first}; give what else it takes as args=(...)"
+                    )));
+                }
                 take(written)?;
             }
             None => {

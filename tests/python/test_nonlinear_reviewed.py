@@ -1,0 +1,231 @@
+"""What readers of the nonlinear part found, so that it stays mended."""
+
+import numpy as np
+import pytest
+
+import spim
+from spim import models
+
+
+def test_long_chains_are_stepped_without_a_matrix():
+    chain = models.FermiPastaUlamTsingou(springs=100_000)
+    for method in ("rk4", "yoshida4", "verlet"):
+        run = spim.integrate(chain, chain.state(), (0.0, 0.004), 0.001, method=method)
+        assert abs(run.energy[-1] / run.energy[0] - 1.0) < 1e-3
+
+
+@pytest.mark.parametrize(("springs", "method"), [(65, "gauss16"), (2000, "sofroniou_spaletta10")])
+def test_auto_takes_no_exponentials_of_long_chains(springs, method):
+    # Their eigenvalues would take minutes as well.
+    chain = models.FermiPastaUlamTsingou(springs)
+    run = spim.integrate(chain, chain.state(), (0.0, 0.02), 0.01)
+    assert run.method.startswith(f"{method} (auto: ")
+    assert abs(run.energy[-1] / run.energy[0] - 1.0) < 1e-12
+
+
+def test_chains_too_long_for_a_matrix_say_so():
+    chain = models.FermiPastaUlamTsingou(springs=1025)
+    for method in ("lawson_gauss4", "eavf", "strang", "spim_explicit"):
+        with pytest.raises(spim.UnsupportedError, match="none beyond 4096 components"):
+            spim.integrate(chain, chain.state(), (0.0, 0.02), 0.01, method=method)
+
+
+def test_frequencies_of_a_chain_are_those_of_its_matrix():
+    chain = models.FermiPastaUlamTsingou(3, 50.0)
+    assert chain._fastest() == 50.0
+    assert np.isclose(np.abs(np.linalg.eigvals(chain._core.matrix).imag).max(), 50.0)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ((2.5, 50.0), "springs: must be a whole number from 1 to 1e6, got 2.5"),
+        ((3, -1.0), "frequency: must be positive and finite, got -1"),
+    ],
+)
+def test_numbers_of_a_chain_are_named_with_their_value(given, message):
+    with pytest.raises(ValueError, match=message):
+        models.FermiPastaUlamTsingou(*given)
+
+
+def test_true_is_no_number_of_springs():
+    with pytest.raises(TypeError, match="springs"):
+        models.FermiPastaUlamTsingou(springs=True)
+
+
+def timed_systems():
+    """An oscillator with a potential 0.15 t that says nothing of the motion, in every form."""
+    A = [[0.0, 2.0], [-0.5, 0.0]]
+    whole = spim.HamiltonianSystem(
+        1,
+        lambda t, z: [0.5 * z[0], 2.0 * z[1]],
+        hamiltonian=lambda t, z: 0.25 * z[0] ** 2 + z[1] ** 2 + 0.15 * t,
+    )
+    yield whole
+    yield spim.SeparableSystem(
+        lambda t, q: -0.5 * q, mass=[0.5], potential=lambda t, q: 0.25 * q[0] ** 2 + 0.15 * t
+    )
+    yield spim.SemilinearSystem(A, lambda t, z: 0.0 * z, potential=lambda t, z: 0.15 * t)
+    yield spim.SemilinearSystem(A, force=lambda t, q: 0.0 * q, potential=lambda t, q: 0.15 * t)
+    yield spim.SemilinearSystem.about(whole, [0.0, 0.0])
+
+
+@pytest.mark.parametrize("system", list(timed_systems()))
+def test_energies_of_a_run_are_those_at_its_times(system):
+    run = spim.integrate(system, [1.0, 0.5], (3.0, 4.0), 0.25)
+    # The motion's own energy is conserved: 0.25 + 0.25.
+    assert np.abs(run.energy - (0.5 + 0.15 * run.t)).max() < 1e-12
+    assert np.abs(run.energy - system.energy(run.z, run.t)).max() == 0.0
+
+
+def test_energies_of_symbols_are_those_at_their_times():
+    sympy = pytest.importorskip("sympy")
+    q, p, t = sympy.symbols("q p t")
+    system = spim.from_sympy((p**2 + q**2) / 2 + t**2, q, p, t=t)
+    run = spim.integrate(system, [1.0, 0.0], (3.0, 4.0), 0.25)
+    assert np.abs(run.energy - (0.5 + run.t**2)).max() < 1e-12
+
+
+def test_last_is_what_the_run_has_reached_not_the_last_time_asked_for():
+    circle = spim.HamiltonianSystem(1, lambda t, z: z)
+    run = spim.integrate(circle, [1.0, 0.0], (0.0, 1.0), 0.25, t_eval=[0.1, 0.5])
+    assert np.abs(run.last - [np.cos(1.0), -np.sin(1.0)]).max() < 1e-14
+    assert np.array_equal(run.last, run.state.z)
+
+
+def test_oscillators_take_the_method_of_modes_or_a_sentence():
+    system = models.Oscillators([1.0, 1.0], [1.0, 9.0])
+    run = spim.integrate(system, [1.0, 1.0, 0.0, 0.0], (0.0, 1.0), 0.25, method="modal")
+    assert np.abs(run.q[-1] - np.cos([1.0, 3.0])).max() < 1e-14
+    with pytest.raises(spim.UnsupportedError, match="coordinates.*needs a structure"):
+        spim.integrate(system, [1.0] * 4, (0.0, 1.0), 0.25, coordinates="energy")
+
+
+@pytest.mark.parametrize("approximation", ["quadratic", "cubic", ("trigonometric", 1.0)])
+@pytest.mark.parametrize("method", ["spim_explicit", "spim_pc", "spim_implicit"])
+def test_steps_from_several_states_have_no_tangent_map(method, approximation):
+    system, z0 = models.HenonHeiles(), [0.1, 0.0, 0.2, 0.2]
+    run = spim.integrate(system, z0, (0.0, 2.0), 0.125, method=method, approximation=approximation)
+    with pytest.raises(spim.UnsupportedError, match="go on from several states"):
+        run.jacobian()
+
+
+def test_the_tangent_map_of_straight_lines_is_that_of_the_run():
+    system, z0 = models.HenonHeiles(), np.array([0.1, 0.0, 0.2, 0.2])
+
+    def end(z):
+        return spim.integrate(
+            system, z, (0.0, 1.0), 0.125, method="spim_implicit", approximation="linear"
+        )
+
+    J, d = end(z0).jacobian(), 1e-5
+    column = (end(z0 + [d, 0, 0, 0]).last - end(z0 - [d, 0, 0, 0]).last) / (2.0 * d)
+    assert np.abs(J[:, 0] - column).max() < 1e-9
+
+
+def test_a_tableau_is_taken_as_options_too():
+    system, z0 = models.HenonHeiles(), [0.1, 0.0, 0.2, 0.2]
+    a, b = np.array([[0.25, 0.0], [0.5, 0.25]]), [0.5, 0.5]
+    one = spim.integrate(system, z0, (0.0, 1.0), 0.125, method="runge_kutta", a=a, b=b)
+    other = spim.integrate(system, z0, (0.0, 1.0), 0.125, method=spim.RungeKutta(a, b))
+    assert np.array_equal(one.z, other.z)
+    with pytest.raises(TypeError, match="both a= and b="):
+        spim.integrate(system, z0, (0.0, 1.0), 0.125, method="runge_kutta", a=a)
+
+
+def test_labels_of_auto_are_said_to_be_those_of_linear_systems():
+    auto = next(method for method in spim.methods() if method.name == "auto")
+    assert "of others lawson_gauss16, gauss16 or srk2, with theirs" in auto.summary
+    docs = [m.options["approximation"] for m in spim.methods() if "approximation" in m.options]
+    assert len(docs) == 3
+    assert all("so not symmetric" in doc for doc in docs)
+
+
+@pytest.mark.parametrize("kind", [SystemExit, GeneratorExit, KeyboardInterrupt])
+def test_throw_false_returns_exceptions_alone(kind):
+    def rate(t, z):
+        if t > 0.5:
+            raise kind
+        return -z
+
+    with pytest.raises(kind) as caught:
+        spim.integrate(spim.FlowSystem(1, rate), [1.0], (0.0, 1.0), 0.1, method="rk4", throw=False)
+    assert len(caught.value.partial.t) > 3
+
+
+def flow(function):
+    return spim.FlowSystem(1, lambda t, z: [function(z[0])])
+
+
+@pytest.mark.parametrize(
+    ("function", "z", "slope"),
+    [
+        (lambda z: np.sin(1000.0 * z), 1.0, 1000.0 * np.cos(1000.0)),
+        (lambda z: np.tanh(1e6 * (z - 1.0)), 1.0, 1e6),
+        (lambda z: np.exp(-1e10 * z) - 1.0, 0.0, -1e10),
+        (lambda z: z + 1e-6 * np.sin(1e6 * z), 0.0, 2.0),
+    ],
+)
+def test_linearisation_finds_scales_below_its_differences(function, z, slope):
+    assert abs(spim.linearize(flow(function), [z])[0, 0] / slope - 1.0) < 1e-10
+
+
+def test_linearisation_warns_of_scales_it_cannot_find_and_takes_one_given():
+    fine = flow(lambda z: np.sin(1e18 * z))
+    with pytest.warns(UserWarning, match="component 0 of the state do not agree"):
+        spim.linearize(fine, [0.0])
+    assert abs(spim.linearize(fine, [0.0], scale=1e-18)[0, 0] / 1e18 - 1.0) < 1e-10
+    for scale in (0.0, -1.0, [1.0, 2.0]):
+        with pytest.raises(ValueError, match="scale: must be a positive number or 1"):
+            spim.linearize(fine, [0.0], scale=scale)
+
+
+@pytest.mark.parametrize("scale", [None, [1e-10, 1e-23]])
+def test_a_molecule_in_si_units_is_split_at_its_frequency(scale):
+    # Hydrogen: J, 1/m, m, kg.
+    depth, a, rest, mass = 7.2e-19, 1.9e10, 7.4e-11, 8.4e-28
+
+    def gradient(t, z):
+        pull = np.exp(-a * (z[0] - rest))
+        return [2.0 * depth * a * pull * (1.0 - pull), z[1] / mass]
+
+    molecule = spim.HamiltonianSystem(1, gradient)
+    split = spim.SemilinearSystem.about(molecule, [rest, 0.0], scale=scale)
+    found = np.sqrt(-split.linear[0, 1] * split.linear[1, 0])
+    assert abs(found / (a * np.sqrt(2.0 * depth / mass)) - 1.0) < 1e-10
+
+
+def test_linearisation_takes_rounded_rates_as_they_are():
+    # Ten digits are lost; a kink has the mean of its slopes.
+    assert abs(spim.linearize(flow(lambda z: (z + 1e6) - 1e6), [0.3])[0, 0] - 1.0) < 1e-7
+    assert abs(spim.linearize(flow(lambda z: max(z, 0.0)), [0.0])[0, 0] - 0.5) < 1e-12
+
+
+def test_a_forgotten_args_is_named_not_taken_for_a_nan():
+    system = spim.FlowSystem(1, lambda t, z, k: -k * z)
+    with pytest.raises(ValueError, match=r"rate: has three arguments.*written nothing.*args="):
+        spim.integrate(system, [1.0], (0.0, 1.0), 0.1, method="rk4")
+
+    def writes_and_returns(t, z, out):
+        out[:] = -z
+        return out
+
+    system = spim.FlowSystem(1, writes_and_returns)
+    run = spim.integrate(system, [1.0], (0.0, 1.0), 0.1, method="gauss8")
+    assert abs(run.last[0] - np.exp(-1.0)) < 1e-10
+
+
+@pytest.mark.parametrize("batch", [False, True])
+def test_a_compiled_energy_that_writes_a_gradient_spoils_nothing(batch):
+    numba = pytest.importorskip("numba")
+
+    @numba.cfunc(spim.cfunc_signature(batch))
+    def energy(t, z, out):
+        for i in range(8 if batch else 1):
+            out[i] = 0.5 * z[i]
+        for i in range(8 if batch else 1, 512 if batch else 64):
+            out[i] = 1e300
+
+    system = spim.HamiltonianSystem(32, lambda t, z: z, hamiltonian=energy)
+    z = np.arange(1.0, 65.0) * np.ones((50, 1))
+    assert (system.energy(z) == 0.5).all()
