@@ -229,3 +229,28 @@ def test_a_compiled_energy_that_writes_a_gradient_spoils_nothing(batch):
     system = spim.HamiltonianSystem(32, lambda t, z: z, hamiltonian=energy)
     z = np.arange(1.0, 65.0) * np.ones((50, 1))
     assert (system.energy(z) == 0.5).all()
+
+
+def circle(step, **options):
+    return spim.integrate(
+        spim.HamiltonianSystem(1, lambda t, z: z), [1.0, 0.0], (0.0, 1.0), step, **options
+    )
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda run: run(0.3), "states at any time"),
+        (lambda run: run.jacobian(), "jacobian"),
+        (lambda run: run.z, "z"),
+    ],
+)
+def test_what_needs_states_says_that_outputs_were_stored(call, words):
+    with pytest.raises((AttributeError, spim.UnsupportedError), match=f"{words}: only outputs"):
+        call(circle(0.1, outputs=[0]))
+
+
+def test_a_run_of_outputs_can_still_be_asked_for_what_it_may_have():
+    run = circle(0.1, outputs=[0])
+    assert not hasattr(run, "z")
+    assert hasattr(run, "outputs")
