@@ -254,3 +254,17 @@ def test_a_run_of_outputs_can_still_be_asked_for_what_it_may_have():
     run = circle(0.1, outputs=[0])
     assert not hasattr(run, "z")
     assert hasattr(run, "outputs")
+
+
+@pytest.mark.parametrize("terminal", [2.0, np.float64(2.0)])
+def test_a_count_of_events_may_be_a_whole_float(terminal):
+    def crosses(t, z):
+        return z[0]
+
+    crosses.terminal = terminal
+    system = spim.HamiltonianSystem(1, lambda t, z: z)
+    run = spim.integrate(system, [1.0, 0.0], (0.0, 10.0), 0.1, events=crosses)
+    assert abs(run.t[-1] - 1.5 * np.pi) < 1e-12
+    crosses.terminal = 2.5
+    with pytest.raises(ValueError, match="terminal: must be True, False or a count, got 2.5"):
+        spim.integrate(system, [1.0, 0.0], (0.0, 10.0), 0.1, events=crosses)
