@@ -268,3 +268,38 @@ def test_a_count_of_events_may_be_a_whole_float(terminal):
     crosses.terminal = 2.5
     with pytest.raises(ValueError, match="terminal: must be True, False or a count, got 2.5"):
         spim.integrate(system, [1.0, 0.0], (0.0, 10.0), 0.1, events=crosses)
+
+
+def test_a_number_of_coordinates_must_be_that_of_the_masses():
+    with pytest.raises(ValueError, match="dof: is 3, but mass is of 2"):
+        spim.SeparableSystem(lambda t, q: -q, mass=[1.0, 1.0], dof=3)
+    assert spim.SeparableSystem(lambda t, q: -q, mass=[1.0, 1.0], dof=2).size == 4
+
+
+def test_velocities_may_be_written_in_place():
+    def velocity(p, out):
+        out[:] = 2.0 * p
+
+    writes = spim.SeparableSystem(lambda t, q: -q, velocity=velocity, dof=1)
+    returns = spim.SeparableSystem(lambda t, q: -q, velocity=lambda p: 2.0 * p, dof=1)
+    one, other = (
+        spim.integrate(system, [1.0, 0.0], (0.0, 1.0), 0.1, method="verlet")
+        for system in (writes, returns)
+    )
+    assert np.array_equal(one.z, other.z)
+
+    def scaled(p, out, k):
+        out[:] = k * p
+
+    with_args = spim.SeparableSystem(
+        lambda t, q, k: -q, velocity=scaled, dof=1, args=(2.0,), vectorized=True
+    )
+    again = spim.integrate(with_args, [1.0, 0.0], (0.0, 1.0), 0.1, method="verlet")
+    assert np.array_equal(again.z, other.z)
+
+
+def test_a_velocity_takes_its_args():
+    system = spim.SeparableSystem(
+        lambda t, q, k: -q, velocity=lambda p, k: k * p, dof=1, args=(2.0,)
+    )
+    assert (system.rate([1.0, 3.0]) == [6.0, -1.0]).all()
