@@ -303,3 +303,19 @@ def test_a_velocity_takes_its_args():
         lambda t, q, k: -q, velocity=lambda p, k: k * p, dof=1, args=(2.0,)
     )
     assert (system.rate([1.0, 3.0]) == [6.0, -1.0]).all()
+
+
+@pytest.mark.parametrize("name", ["angular_momentum", "eccentricity_vector"])
+def test_states_of_other_lengths_are_named(name):
+    with pytest.raises(ValueError, match=r"z: must have shape \(\.\.\., 4\), got \(3,\)"):
+        getattr(models.Kepler(), name)([1.0, 2.0, 3.0])
+
+
+def test_states_of_the_solar_system_and_of_chains_are_checked_as_well():
+    for call in (
+        lambda: models.OuterSolarSystem().momentum([1.0]),
+        lambda: models.OuterSolarSystem().angular_momentum(np.ones((2, 35))),
+        lambda: models.FermiPastaUlamTsingou().oscillatory_energy(np.ones(11)),
+    ):
+        with pytest.raises(ValueError, match="z: must have shape"):
+            call()
