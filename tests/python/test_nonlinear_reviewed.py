@@ -319,3 +319,31 @@ def test_states_of_the_solar_system_and_of_chains_are_checked_as_well():
     ):
         with pytest.raises(ValueError, match="z: must have shape"):
             call()
+
+
+@pytest.mark.parametrize(
+    ("method", "option"),
+    [
+        ("gauss8", {"roundoff": "minimal"}),
+        ("spim_pc", {"approximation": "linear"}),
+        ("midpoint", {"newton": "constant"}),
+        ("eavf", {"nodes": 8}),
+    ],
+)
+def test_a_resumed_run_may_name_a_default(method, option):
+    system, z0 = models.HenonHeiles(), [0.1, 0.0, 0.2, 0.2]
+    whole = spim.integrate(system, z0, (0.0, 2.0), 0.125, method=method)
+    half = spim.integrate(system, z0, (0.0, 1.0), 0.125, method=method)
+    rest = spim.integrate(system, None, (1.0, 2.0), resume=half, **option)
+    assert np.array_equal(rest.last, whole.last)
+
+
+def test_a_resumed_run_takes_no_other_option_and_no_other_matrix():
+    def split(stiffness):
+        return spim.SemilinearSystem([[0.0, 1.0], [-stiffness, 0.0]], force=lambda t, q: -(q**3))
+
+    half = spim.integrate(split(4.0), [0.1, 0.0], (0.0, 1.0), 0.125, method="gauss8")
+    with pytest.raises(ValueError, match="resume: .*options"):
+        spim.integrate(split(4.0), None, (1.0, 2.0), resume=half, roundoff="tolerance")
+    with pytest.raises(ValueError, match="that of a system of other parameters"):
+        spim.integrate(split(5.0), None, (1.0, 2.0), resume=half)
