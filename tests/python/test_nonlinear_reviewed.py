@@ -347,3 +347,16 @@ def test_a_resumed_run_takes_no_other_option_and_no_other_matrix():
         spim.integrate(split(4.0), None, (1.0, 2.0), resume=half, roundoff="tolerance")
     with pytest.raises(ValueError, match="that of a system of other parameters"):
         spim.integrate(split(5.0), None, (1.0, 2.0), resume=half)
+
+
+def test_a_numba_cfunc_comes_to_solve_ivp_as_its_docstring_says():
+    numba = pytest.importorskip("numba")
+    scipy = pytest.importorskip("scipy")
+
+    @numba.cfunc(spim.cfunc_signature())
+    def rate(t, z, out):
+        out[0] = -z[0]
+
+    fun = scipy.LowLevelCallable(rate.ctypes)
+    run = scipy.integrate.solve_ivp(fun, (0.0, 1.0), [1.0], method=spim.Gauss8, step=0.1)
+    assert abs(run.y[0, -1] - np.exp(-1.0)) < 1e-14
