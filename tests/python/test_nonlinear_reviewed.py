@@ -360,3 +360,37 @@ def test_a_numba_cfunc_comes_to_solve_ivp_as_its_docstring_says():
     fun = scipy.LowLevelCallable(rate.ctypes)
     run = scipy.integrate.solve_ivp(fun, (0.0, 1.0), [1.0], method=spim.Gauss8, step=0.1)
     assert abs(run.y[0, -1] - np.exp(-1.0)) < 1e-14
+
+
+def symbolic_faults():
+    sympy = pytest.importorskip("sympy")
+    q, p, k, m, t = sympy.symbols("q p k m t")
+    theta, free = sympy.Function("theta")(t), p**2 / 2 + q**2 / 2
+    spring = p**2 / 2 + k * q**2
+    yield (p**2 / 2 + sympy.Function("V")(q), q, p), {}, ValueError, r"H: no code for V\(q\)"
+    yield (free + sympy.I * q, q, p), {}, ValueError, "H: must be real"
+    yield (sympy.Eq(q, p), q, p), {}, TypeError, "H: must be an expression, got Equality"
+    yield (sympy.Matrix([q]), q, p), {}, TypeError, "H: must be an expression"
+    for value in (m, np.ones(2), 1j, "1", None):
+        yield (spring, q, p, {k: value}), {}, TypeError, "parameters: k must be a real number, got"
+    yield (free, [q, q], [p, p]), {}, ValueError, "q is there twice"
+    yield (free, q, q), {}, ValueError, "q is there twice"
+    yield (free, q, p, {q: 1.0}), {}, ValueError, "q is there twice"
+    yield (free, q, p), {"t": q}, ValueError, "q is there twice"
+    yield (p**2 / 2 - sympy.cos(theta), theta, p), {}, TypeError, "q: .*put a symbol in its place"
+    yield (free, "q", "p"), {}, TypeError, "q: must be sympy symbols, got 'q'"
+    yield (free, 2 * q, p), {}, TypeError, "q: must be sympy symbols, got 2"
+    yield (p**2 / (2 * m), q, p, {m: 0.0}), {}, ValueError, "parameters: H is zoo"
+
+
+def test_symbols_that_cannot_be_used_are_named():
+    for given, named, error, words in symbolic_faults():
+        with pytest.raises(error, match=words):
+            spim.from_sympy(*given, **named)
+
+
+def test_numbers_of_sympy_are_numbers_of_parameters():
+    sympy = pytest.importorskip("sympy")
+    q, p, k = sympy.symbols("q p k")
+    system = spim.from_sympy(p**2 / 2 + k * q**2 / 2, q, p, {k: sympy.Rational(1, 4)})
+    assert system.energy([2.0, 0.0]) == 0.5
