@@ -5,6 +5,15 @@ import zlib
 
 import numpy as np
 
+# Values of options that change nothing, of those that have one in all methods.
+DEFAULTS = {
+    "roundoff": "minimal",
+    "approximation": "linear",
+    "newton": "constant",
+    "coordinates": "raw",
+    "nodes": 8,
+}
+
 
 class Checkpoint:
     """Where a run has come to: all that ``integrate(..., resume=)`` needs to go on from there.
@@ -53,8 +62,9 @@ class Checkpoint:
             ("a system", "a size", "parameters"), self._system, _print_of(system), strict=True
         ):
             if mine != other:
-                shown = "others" if what == "parameters" else f"{mine}, not {other}"
-                raise ValueError(f"resume: the state is that of {what} {shown}")
+                if what == "parameters":
+                    raise ValueError("resume: the state is that of a system of other parameters")
+                raise ValueError(f"resume: the state is that of {what} {mine}, not {other}")
         if method not in ("auto", self.method):
             raise ValueError(f"resume: the state is that of method '{self.method}', not '{method}'")
         if options and not _same(options, self._options):
@@ -77,14 +87,23 @@ class Checkpoint:
 
 def _print_of(system):
     """Kind, size and, where they are numbers, parameters of a system."""
-    numbers = getattr(system, "A", getattr(system, "_parameters", None))
+    numbers = (getattr(system, name, None) for name in ("A", "_parameters", "_linear_part"))
+    numbers = next((given for given in numbers if given is not None), None)
     mark = None if numbers is None else zlib.crc32(np.ascontiguousarray(numbers).tobytes())
     return type(system).__name__, system.size, mark
 
 
+def _is_default(name, value):
+    default = DEFAULTS.get(name)
+    return type(value) is type(default) and value == default
+
+
 def _same(one, other):
-    """Whether options are alike."""
-    given = [{k: v for k, v in o.items() if v is not None} for o in (one, other)]
+    """Whether options are alike: those that are what they are by default are as good as none."""
+    given = [
+        {k: v for k, v in o.items() if v is not None and not _is_default(k, v)}
+        for o in (one, other)
+    ]
     return given[0].keys() == given[1].keys() and all(
         np.array_equal(value, given[1][name]) for name, value in given[0].items()
     )

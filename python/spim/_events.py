@@ -96,6 +96,9 @@ class _Event:
         terminal, direction = getattr(g, "terminal", None), getattr(g, "direction", None)
         # True: the first ends the run; False: none does.
         count = False if terminal is None else terminal
+        if isinstance(count, float) and count.is_integer():
+            # As SciPy takes them.
+            count = int(count)
         if not isinstance(count, bool | np.bool_ | int | np.integer) or count < 0:
             raise ValueError(f"{name}.terminal: must be True, False or a count, got {terminal!r}")
         try:

@@ -1,12 +1,13 @@
 """Nonlinear systems given as functions."""
 
 import functools
+import inspect
 
 import numpy as np
 
 from spim import _core
 from spim._arrays import cholesky, finite, matrix, symmetric
-from spim._calls import given, is_compiled, times_and_states
+from spim._calls import _writes, given, is_compiled, times_and_states
 from spim._choice import along, collocation
 from spim._core import UnsupportedError
 from spim._linearize import linearize, stepped
@@ -275,9 +276,10 @@ class SeparableSystem(_Called):
     mass : array_like (n,) or (n, n), optional
         Masses, or a symmetric positive definite matrix, whose inverse is formed; n is its size.
     velocity : callable or compiled function, optional
-        ``velocity(p) -> (n,)`` instead; compiled, ``velocity(t, p, out)``.
+        ``velocity(p) -> (n,)``, or ``velocity(p, out)``, instead; compiled ones take a time that
+        means nothing, ``velocity(t, p, out)``.
     dof : int, optional
-        n, where `velocity` is given.
+        n, where `velocity` is given; else the size of `mass`.
     potential : callable or compiled function, optional
         ``potential(t, q) -> float``; with masses, for ``solution.energy``.
     args, vectorized
@@ -326,13 +328,17 @@ class SeparableSystem(_Called):
             M = symmetric("mass", matrix("mass", mass))
             cholesky("mass", M)
             self._dof, self._inverse = len(M), np.linalg.inv(M)
+            if dof is not None and _dof(dof) != self._dof:
+                raise ValueError(f"dof: is {dof}, but mass is of {self._dof}")
         else:
             self._dof = _dof(dof)
             if potential is not None:
                 raise TypeError("potential: needs mass=, which gives the kinetic energy")
         n = self._dof
         if callable(velocity) and not is_compiled("velocity", velocity):
-            velocity = _Velocity(velocity)
+            more = len(args) if isinstance(args, tuple) else 0
+            writes = _writes(velocity, more - 1)
+            velocity = _Written(velocity, more) if writes else _Velocity(velocity)
         functions = {
             "force": (force, n, (n,)),
             "velocity": (velocity, n, (n,)),
@@ -359,6 +365,21 @@ class _Velocity:
 
     def __call__(self, t, p, *args):
         return self.function(p, *args)
+
+
+class _Written(_Velocity):
+    """The same of one that writes its result."""
+
+    def __init__(self, function, args):
+        super().__init__(function)
+        # By which it is told to write.
+        places = (f"x{i}" for i in range(3 + args))
+        self.__signature__ = inspect.Signature(
+            [inspect.Parameter(place, inspect.Parameter.POSITIONAL_ONLY) for place in places]
+        )
+
+    def __call__(self, t, p, out, *args):
+        self.function(p, out, *args)
 
 
 class SemilinearSystem(_Called):

@@ -74,8 +74,9 @@ def integrate(
         the end of a run that gets there.
     resume : Checkpoint or Solution, optional
         Go on from the ``state`` of a run of the same system: ``integrate(system, None, (t1, t2),
-        resume=solution.state)``. Method, options and step are those of that run, and the grid is,
-        which ``t2`` must lie on; others are a `ValueError`. The same bits as without interruption.
+        resume=solution.state)``. That functions are the same is not checked. Method, options and
+        step are those of that run, and the grid is, which ``t2`` must lie on; others are a
+        `ValueError`. The same bits as without interruption.
     throw : bool
         False: a run that has begun and fails with an `Exception` returns what it has, with
         ``success`` False, instead of raising. What fails before the first step is raised in any

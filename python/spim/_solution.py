@@ -76,9 +76,7 @@ class Solution:
         # Asked for only where the attribute is not there.
         # A property that needs states ends here as well.
         if "outputs" in self.__dict__ and (name in ("z", "_rows") or hasattr(type(self), name)):
-            raise AttributeError(
-                f"{name}: only outputs were stored, as outputs= asked; the last state is .last"
-            )
+            raise AttributeError(_only_outputs("z" if name == "_rows" else name))
         if name == "outputs":
             raise AttributeError("outputs: none were asked for; integrate(..., outputs=...) does")
         raise AttributeError(f"a Solution has no attribute '{name}'")
@@ -123,8 +121,7 @@ class Solution:
         ModelError, ConvergenceError
             A step beside the run fails.
         """
-        # Rows of outputs say that they are none.
-        _ = self._rows
+        self._demand_states("jacobian")
         start, end = self._start[0], self.t[-1] if self._checkpoint is None else self._checkpoint.t
         t = end if t is None else float(finite("t", t, ()))
         if not min(start, end) <= t <= max(start, end):
@@ -257,6 +254,10 @@ class Solution:
         """The system as TOML, or nothing."""
         return ""
 
+    def _demand_states(self, what):
+        if self._only_outputs:
+            raise AttributeError(_only_outputs(what))
+
     @property
     def _only_outputs(self):
         return "outputs" in self.__dict__
@@ -282,6 +283,7 @@ class Solution:
         ValueError
             `t` outside the run, or not finite.
         """
+        self._demand_states("states at any time")
         times = finite("t", t)
         if times.ndim > 1:
             raise ValueError(f"t: must be a number or have shape (j,), got {times.shape}")
@@ -349,6 +351,10 @@ class Solution:
             f"{span}step {self.step:g}, {self.method}: "
             f"{self.message})"
         )
+
+
+def _only_outputs(name):
+    return f"{name}: only outputs were stored, as outputs= asked; the last state is .last"
 
 
 def _sentence(error):

@@ -33,7 +33,9 @@ class FixedStep(OdeSolver):
     ----------
     fun : callable or scipy.LowLevelCallable
         ``fun(t, y) -> (n,)``; compiled: ``void (double t, double *y, double *out)``, with a ``void
-        *user_data`` after these if it has some. y is (n,), in units of its own.
+        *user_data`` after these if it has some. Other compiled functions SciPy wraps, so that
+        they must come as one: a numba cfunc ``f`` as ``scipy.LowLevelCallable(f.ctypes)``. y is
+        (n,), in units of its own.
     step : float
         Positive. The span is divided into equal steps of this size or, where it is no multiple,
         ``ceil(span / step)`` smaller ones; they end at its end exactly.

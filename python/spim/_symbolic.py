@@ -52,7 +52,10 @@ def from_sympy(H, q, p, parameters=None, *, t=None, equilibrium=None):
     ImportError
         sympy is not installed.
     ValueError
-        A symbol without a number; a function there is no code for; `equilibrium` is none.
+        A symbol without a number, or given twice; a function there is no code for; an H that is not
+        real, or infinite with these parameters; `equilibrium` is none.
+    TypeError
+        An H that is no expression, coordinates that are no symbols, parameters that are no numbers.
 
     Examples
     --------
@@ -70,16 +73,18 @@ def from_sympy(H, q, p, parameters=None, *, t=None, equilibrium=None):
     except ImportError as error:
         raise ImportError("from_sympy: needs sympy; pip install sympy") from error
     recipe = H, q, p, parameters
-    parameters = {sympy.sympify(key): float(x) for key, x in (parameters or {}).items()}
+    parameters = {sympy.sympify(key): _number(key, x) for key, x in (parameters or {}).items()}
     H = sympy.sympify(H)
-    q, p = (list(given) if np.iterable(given) else [given] for given in (q, p))
+    q, p = _coordinates(sympy, "q", q), _coordinates(sympy, "p", p)
     if len(q) != len(p) or not q:
         raise ValueError(f"q, p: must be as many, got {len(q)} and {len(p)}")
+    _check_names([*q, *p, *([] if t is None else [t]), *parameters])
     known = {*q, *p, *parameters, *([] if t is None else [t])}
     if unknown := sorted(map(str, H.free_symbols - known)):
         raise ValueError(f"parameters: no number for {', '.join(unknown)}")
     if not all(math.isfinite(x) for x in parameters.values()):
         raise ValueError("parameters: must be finite")
+    _check_formula(sympy, H, parameters)
     # Of real numbers there is more to be known, such as what the slope of |x| is.
     real = {x: sympy.Dummy(str(x), real=True) for x in known}
     H, t_real = H.xreplace(real), None if t is None else real[t]
@@ -128,6 +133,46 @@ def from_sympy(H, q, p, parameters=None, *, t=None, equilibrium=None):
     again = functools.partial(from_sympy, t=t, equilibrium=equilibrium)
     system._recipe = again, recipe
     return system
+
+
+def _number(name, value):
+    """The number of a parameter."""
+    try:
+        if isinstance(value, str) or np.ndim(value):
+            raise TypeError
+        return float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"parameters: {name} must be a real number, got {value!r}") from None
+
+
+def _coordinates(sympy, name, given):
+    given = [given] if isinstance(given, str) or not np.iterable(given) else list(given)
+    for x in given:
+        if not isinstance(x, sympy.Symbol):
+            hint = "; put a symbol in its place in H" if isinstance(x, sympy.Function) else ""
+            raise TypeError(f"{name}: must be sympy symbols, got {x!r}{hint}")
+    return given
+
+
+def _check_names(symbols):
+    for i, x in enumerate(symbols):
+        if x in symbols[:i]:
+            raise ValueError(f"q, p, t, parameters: {x} is there twice")
+
+
+def _check_formula(sympy, H, parameters):
+    """Refuses what there are no real numbers of."""
+    if not isinstance(H, sympy.Expr) or H.is_Matrix:
+        raise TypeError(f"H: must be an expression, got {type(H).__name__}")
+    unknown = H.atoms(sympy.core.function.AppliedUndef)
+    if unknown:
+        shown = ", ".join(sorted(map(str, unknown)))
+        raise ValueError(f"H: no code for {shown}: a function without a formula")
+    if H.has(sympy.I):
+        raise ValueError(f"H: must be real, got {H}")
+    with_numbers = H.subs(parameters)
+    if with_numbers.has(sympy.zoo, sympy.nan, sympy.oo, -sympy.oo):
+        raise ValueError(f"parameters: H is {with_numbers} with these")
 
 
 class _Symbolic(_Called):

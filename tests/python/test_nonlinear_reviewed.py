@@ -229,3 +229,168 @@ def test_a_compiled_energy_that_writes_a_gradient_spoils_nothing(batch):
     system = spim.HamiltonianSystem(32, lambda t, z: z, hamiltonian=energy)
     z = np.arange(1.0, 65.0) * np.ones((50, 1))
     assert (system.energy(z) == 0.5).all()
+
+
+def circle(step, **options):
+    return spim.integrate(
+        spim.HamiltonianSystem(1, lambda t, z: z), [1.0, 0.0], (0.0, 1.0), step, **options
+    )
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda run: run(0.3), "states at any time"),
+        (lambda run: run.jacobian(), "jacobian"),
+        (lambda run: run.z, "z"),
+    ],
+)
+def test_what_needs_states_says_that_outputs_were_stored(call, words):
+    with pytest.raises((AttributeError, spim.UnsupportedError), match=f"{words}: only outputs"):
+        call(circle(0.1, outputs=[0]))
+
+
+def test_a_run_of_outputs_can_still_be_asked_for_what_it_may_have():
+    run = circle(0.1, outputs=[0])
+    assert not hasattr(run, "z")
+    assert hasattr(run, "outputs")
+
+
+@pytest.mark.parametrize("terminal", [2.0, np.float64(2.0)])
+def test_a_count_of_events_may_be_a_whole_float(terminal):
+    def crosses(t, z):
+        return z[0]
+
+    crosses.terminal = terminal
+    system = spim.HamiltonianSystem(1, lambda t, z: z)
+    run = spim.integrate(system, [1.0, 0.0], (0.0, 10.0), 0.1, events=crosses)
+    assert abs(run.t[-1] - 1.5 * np.pi) < 1e-12
+    crosses.terminal = 2.5
+    with pytest.raises(ValueError, match="terminal: must be True, False or a count, got 2.5"):
+        spim.integrate(system, [1.0, 0.0], (0.0, 10.0), 0.1, events=crosses)
+
+
+def test_a_number_of_coordinates_must_be_that_of_the_masses():
+    with pytest.raises(ValueError, match="dof: is 3, but mass is of 2"):
+        spim.SeparableSystem(lambda t, q: -q, mass=[1.0, 1.0], dof=3)
+    assert spim.SeparableSystem(lambda t, q: -q, mass=[1.0, 1.0], dof=2).size == 4
+
+
+def test_velocities_may_be_written_in_place():
+    def velocity(p, out):
+        out[:] = 2.0 * p
+
+    writes = spim.SeparableSystem(lambda t, q: -q, velocity=velocity, dof=1)
+    returns = spim.SeparableSystem(lambda t, q: -q, velocity=lambda p: 2.0 * p, dof=1)
+    one, other = (
+        spim.integrate(system, [1.0, 0.0], (0.0, 1.0), 0.1, method="verlet")
+        for system in (writes, returns)
+    )
+    assert np.array_equal(one.z, other.z)
+
+    def scaled(p, out, k):
+        out[:] = k * p
+
+    with_args = spim.SeparableSystem(
+        lambda t, q, k: -q, velocity=scaled, dof=1, args=(2.0,), vectorized=True
+    )
+    again = spim.integrate(with_args, [1.0, 0.0], (0.0, 1.0), 0.1, method="verlet")
+    assert np.array_equal(again.z, other.z)
+
+
+def test_a_velocity_takes_its_args():
+    system = spim.SeparableSystem(
+        lambda t, q, k: -q, velocity=lambda p, k: k * p, dof=1, args=(2.0,)
+    )
+    assert (system.rate([1.0, 3.0]) == [6.0, -1.0]).all()
+
+
+@pytest.mark.parametrize("name", ["angular_momentum", "eccentricity_vector"])
+def test_states_of_other_lengths_are_named(name):
+    with pytest.raises(ValueError, match=r"z: must have shape \(\.\.\., 4\), got \(3,\)"):
+        getattr(models.Kepler(), name)([1.0, 2.0, 3.0])
+
+
+def test_states_of_the_solar_system_and_of_chains_are_checked_as_well():
+    for call in (
+        lambda: models.OuterSolarSystem().momentum([1.0]),
+        lambda: models.OuterSolarSystem().angular_momentum(np.ones((2, 35))),
+        lambda: models.FermiPastaUlamTsingou().oscillatory_energy(np.ones(11)),
+    ):
+        with pytest.raises(ValueError, match="z: must have shape"):
+            call()
+
+
+@pytest.mark.parametrize(
+    ("method", "option"),
+    [
+        ("gauss8", {"roundoff": "minimal"}),
+        ("spim_pc", {"approximation": "linear"}),
+        ("midpoint", {"newton": "constant"}),
+        ("eavf", {"nodes": 8}),
+    ],
+)
+def test_a_resumed_run_may_name_a_default(method, option):
+    system, z0 = models.HenonHeiles(), [0.1, 0.0, 0.2, 0.2]
+    whole = spim.integrate(system, z0, (0.0, 2.0), 0.125, method=method)
+    half = spim.integrate(system, z0, (0.0, 1.0), 0.125, method=method)
+    rest = spim.integrate(system, None, (1.0, 2.0), resume=half, **option)
+    assert np.array_equal(rest.last, whole.last)
+
+
+def test_a_resumed_run_takes_no_other_option_and_no_other_matrix():
+    def split(stiffness):
+        return spim.SemilinearSystem([[0.0, 1.0], [-stiffness, 0.0]], force=lambda t, q: -(q**3))
+
+    half = spim.integrate(split(4.0), [0.1, 0.0], (0.0, 1.0), 0.125, method="gauss8")
+    with pytest.raises(ValueError, match="resume: .*options"):
+        spim.integrate(split(4.0), None, (1.0, 2.0), resume=half, roundoff="tolerance")
+    with pytest.raises(ValueError, match="that of a system of other parameters"):
+        spim.integrate(split(5.0), None, (1.0, 2.0), resume=half)
+
+
+def test_a_numba_cfunc_comes_to_solve_ivp_as_its_docstring_says():
+    numba = pytest.importorskip("numba")
+    scipy = pytest.importorskip("scipy")
+
+    @numba.cfunc(spim.cfunc_signature())
+    def rate(t, z, out):
+        out[0] = -z[0]
+
+    fun = scipy.LowLevelCallable(rate.ctypes)
+    run = scipy.integrate.solve_ivp(fun, (0.0, 1.0), [1.0], method=spim.Gauss8, step=0.1)
+    assert abs(run.y[0, -1] - np.exp(-1.0)) < 1e-14
+
+
+def symbolic_faults():
+    sympy = pytest.importorskip("sympy")
+    q, p, k, m, t = sympy.symbols("q p k m t")
+    theta, free = sympy.Function("theta")(t), p**2 / 2 + q**2 / 2
+    spring = p**2 / 2 + k * q**2
+    yield (p**2 / 2 + sympy.Function("V")(q), q, p), {}, ValueError, r"H: no code for V\(q\)"
+    yield (free + sympy.I * q, q, p), {}, ValueError, "H: must be real"
+    yield (sympy.Eq(q, p), q, p), {}, TypeError, "H: must be an expression, got Equality"
+    yield (sympy.Matrix([q]), q, p), {}, TypeError, "H: must be an expression"
+    for value in (m, np.ones(2), 1j, "1", None):
+        yield (spring, q, p, {k: value}), {}, TypeError, "parameters: k must be a real number, got"
+    yield (free, [q, q], [p, p]), {}, ValueError, "q is there twice"
+    yield (free, q, q), {}, ValueError, "q is there twice"
+    yield (free, q, p, {q: 1.0}), {}, ValueError, "q is there twice"
+    yield (free, q, p), {"t": q}, ValueError, "q is there twice"
+    yield (p**2 / 2 - sympy.cos(theta), theta, p), {}, TypeError, "q: .*put a symbol in its place"
+    yield (free, "q", "p"), {}, TypeError, "q: must be sympy symbols, got 'q'"
+    yield (free, 2 * q, p), {}, TypeError, "q: must be sympy symbols, got 2"
+    yield (p**2 / (2 * m), q, p, {m: 0.0}), {}, ValueError, "parameters: H is zoo"
+
+
+def test_symbols_that_cannot_be_used_are_named():
+    for given, named, error, words in symbolic_faults():
+        with pytest.raises(error, match=words):
+            spim.from_sympy(*given, **named)
+
+
+def test_numbers_of_sympy_are_numbers_of_parameters():
+    sympy = pytest.importorskip("sympy")
+    q, p, k = sympy.symbols("q p k")
+    system = spim.from_sympy(p**2 / 2 + k * q**2 / 2, q, p, {k: sympy.Rational(1, 4)})
+    assert system.energy([2.0, 0.0]) == 0.5

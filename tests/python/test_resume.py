@@ -163,7 +163,7 @@ def test_others_than_the_run_can_go_on_are_refused():
         with pytest.raises(error, match=words):
             spim.integrate(**given)
     linear = spim.integrate(spim.LinearSystem(A), [1.0, 0, 0, 0], (0.0, 1.0), 0.1)
-    with pytest.raises(ValueError, match="parameters others"):
+    with pytest.raises(ValueError, match="a system of other parameters"):
         spim.integrate(spim.LinearSystem(-A), None, (1.0, 2.0), resume=linear)
     for given, words in (({}, "z0: is needed"), ({"z0": [1.0, 0.0]}, "step: is needed")):
         with pytest.raises(TypeError, match=words):

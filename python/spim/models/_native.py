@@ -43,10 +43,15 @@ class Native(System):
             return along(self._spectrum, "symplectic", step)
         return collocation("symplectic")
 
-    def _mapped(self, what, z, t):
+    def _states(self, z):
+        """States as an array (..., m)."""
         z = np.asarray(z, float)
         if not z.ndim or z.shape[-1] != self.size:
             raise ValueError(f"z: must have shape (..., {self.size}), got {z.shape}")
+        return z
+
+    def _mapped(self, what, z, t):
+        z = self._states(z)
         times = np.broadcast_to(np.asarray(t, float), z.shape[:-1]).reshape(-1)
         states = np.ascontiguousarray(z.reshape(-1, self.size))
         found = getattr(self._core, what)(np.ascontiguousarray(times), states)

@@ -66,6 +66,6 @@ class FermiPastaUlamTsingou(Native):
 
     def oscillatory_energy(self, z):
         """Energy of each stiff spring, (..., 4 m) -> (..., m)."""
-        m, z = self.springs, np.asarray(z, float)
+        m, z = self.springs, self._states(z)
         lengths, momenta = z[..., m : 2 * m], z[..., 3 * m :]
         return 0.5 * (momenta**2 + (self.frequency * lengths) ** 2)

@@ -46,12 +46,12 @@ class Kepler(Native):
 
     def angular_momentum(self, z):
         """``x py - y px``, (..., 4) -> (...)."""
-        x, y, px, py = np.moveaxis(np.asarray(z, float), -1, 0)
+        x, y, px, py = np.moveaxis(self._states(z), -1, 0)
         return x * py - y * px
 
     def eccentricity_vector(self, z):
         """To the nearest point, its length the eccentricity, (..., 4) -> (..., 2)."""
-        x, y, px, py = np.moveaxis(np.asarray(z, float), -1, 0)
+        x, y, px, py = np.moveaxis(self._states(z), -1, 0)
         turn, distance = x * py - y * px, np.hypot(x, y)
         return np.stack(
             [py * turn / self.mu - x / distance, -px * turn / self.mu - y / distance], -1

@@ -66,15 +66,14 @@ class OuterSolarSystem(Native):
 
     def momentum(self, z):
         """Of all bodies together, (..., 36) -> (..., 3)."""
-        return _bodies(z)[1].sum(axis=-2)
+        return _bodies(self._states(z))[1].sum(axis=-2)
 
     def angular_momentum(self, z):
         """Of all bodies together, (..., 36) -> (..., 3)."""
-        q, p = _bodies(z)
+        q, p = _bodies(self._states(z))
         return np.cross(q, p).sum(axis=-2)
 
 
 def _bodies(z):
-    z = np.asarray(z, float)
     halves = z.reshape(z.shape[:-1] + (2, len(BODIES), 3))
     return halves[..., 0, :, :], halves[..., 1, :, :]
