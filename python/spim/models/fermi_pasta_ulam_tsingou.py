@@ -24,9 +24,9 @@ class FermiPastaUlamTsingou(Native):
     Parameters
     ----------
     springs : int
-        m, stiff ones, to 1e6. Of 1024 or fewer the linear part is known, a full matrix of 4 m rows:
-        longer chains are for explicit methods, which "auto" takes then; implicit ones iterate
-        without it, and exponential ones refuse.
+        m, stiff ones, to 1e6. Exponential methods, whose matrices of 4 m rows are full, take chains
+        to 256; implicit ones know the linear part to 1024, and iterate without it beyond, where
+        "auto" takes an explicit method.
     frequency : float
         Of each, rad/s.
 

@@ -331,8 +331,8 @@ pub const METHODS: &[&MethodInfo] = &[
     &rk4::RK4,
 ];
 
-/// Components beyond which models have no linear part.
-const LARGEST: usize = 4096;
+/// Components beyond which models are not split for exponentials.
+const LARGEST: usize = 1024;
 
 /// Looks a method up by name.
 ///
@@ -402,7 +402,7 @@ pub fn build(
                 Problem::Separable(system),
                 Needs::SemiLinear | Needs::Canonical | Needs::Potential,
             ) if system.len() > LARGEST => {
-                "; linear parts are full matrices, and models have none beyond 4096 components"
+                "; exponentials are full matrices, and models beyond 1024 components take none"
             }
             _ => "",
         };

@@ -15,6 +15,9 @@ use crate::system::{Formula, Parts, SemiLinear, SplitFormula, split_rate};
 /// Stiff springs up to which there is a linear part: it is a full matrix, of 128 MiB then.
 const LARGEST: usize = 1024;
 
+/// And to which methods may take exponentials of it, some of which take twenty seconds then.
+const EXPONENTIAL: usize = 256;
+
 /// The chain; its state is `[x, y, px, py]`, m numbers each.
 #[derive(Clone)]
 pub struct Chain {
@@ -125,7 +128,7 @@ impl SplitFormula for Chain {
         self.soft(q, Some(rate));
     }
     fn semilinear(&self) -> Option<Arc<dyn SemiLinear>> {
-        (self.springs <= LARGEST).then(|| Arc::new(self.clone()) as Arc<dyn SemiLinear>)
+        (self.springs <= EXPONENTIAL).then(|| Arc::new(self.clone()) as Arc<dyn SemiLinear>)
     }
 }
 
