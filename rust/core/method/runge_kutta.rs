@@ -15,6 +15,9 @@ use crate::tableau::{self, Shape, Stages};
 /// Iterations at most.
 const CAP: u32 = 30;
 
+/// Rows of the matrix that is factored, at most.
+const MOST: usize = 8192;
+
 /// Change, in parts of the state, that the next iteration may leave undone: far below rounding, as a
 /// Jacobian by differences shrinks the stiffest parts last.
 const ROUNDING: f64 = 1e-22;
@@ -58,6 +61,12 @@ pub fn build(
         Shape::Diagonal => m,
         Shape::Full => m * s,
     };
+    if rows > MOST {
+        return Err(Error::unsupported(format!(
+            "{name}: {m} components in {s} stages would be solved by a full matrix of {rows} rows; \
+             at most {MOST}: take a Gauss method, or an explicit one"
+        )));
+    }
     let linear = problem.linear().map(|system| system.matrix().to_vec());
     let zeros = |len: usize| vec![0.0; len];
     let method = RungeKutta {

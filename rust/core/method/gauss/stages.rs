@@ -30,6 +30,9 @@ const SMALL: f64 = 1e-11;
 /// The same where it has not shrunk for some iterations: of rates that lose many digits.
 const NOISE: f64 = 1e-7;
 
+/// Components at most of which a Jacobian is taken: 128 bytes an entry.
+const MOST: usize = 2048;
+
 /// Sizes whose reciprocals are no numbers any more are none.
 const TINY: f64 = 1e-290;
 
@@ -334,7 +337,8 @@ impl Gauss {
                 continue;
             }
             let slow = slow || (std::mem::take(&mut was_slow) && change > SMALL);
-            if (lost || slow) && !*stiff && !self.given {
+            let can = !*stiff && !self.given && self.z.len() <= MOST;
+            if (lost || slow) && can {
                 *stiff = true;
                 self.differentiate(system, t, work)?;
                 if lost {
