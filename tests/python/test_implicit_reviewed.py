@@ -70,3 +70,12 @@ def test_lawson_methods_settle_at_a_loaded_equilibrium(method):
     system = spim.SemilinearSystem([[0.0, 1.0], [-9.8, -0.7]], rest)
     end = spim.integrate(system, [0.0, 0.0], (0.0, 100.0), 0.1, method=method).z[-1]
     np.testing.assert_allclose(end, [np.arcsin(2.0 / 9.8), 0.0], atol=1e-6)
+
+
+def test_full_matrices_have_a_limit_that_is_said():
+    chain = spim.models.FermiPastaUlamTsingou(springs=2000)
+    start = np.zeros(8000)
+    with pytest.raises(spim.UnsupportedError, match="full matrix of 16000 rows"):
+        spim.integrate(chain, start, (0.0, 0.1), 0.1, method="runge_kutta")
+    start[0] = 1.0
+    assert spim.integrate(chain, start, (0.0, 0.1), 0.01, method="gauss8").success
