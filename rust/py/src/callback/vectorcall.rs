@@ -56,11 +56,11 @@ pub fn call<'a, 'py: 'a>(
         if count <= MOST {
             // The highest bit: the entry before the arguments may be used (for `self`).
             let flags = count | (1 << (usize::BITS - 1));
-            // SAFETY: `count` borrowed references that live as long as `args`; the result is a new
-            // reference, or null with an exception set.
+            // SAFETY: `count` borrowed references that live as long as `args`, after an entry that may be
+            // written; the result is a new reference, or null with an exception set.
             return unsafe {
-                let result =
-                    vectorcall(function.as_ptr(), given[1..].as_ptr(), flags, std::ptr::null_mut());
+                let first = given.as_mut_ptr().add(1);
+                let result = vectorcall(function.as_ptr(), first, flags, std::ptr::null_mut());
                 Bound::from_owned_ptr_or_err(py, result)
             };
         }
