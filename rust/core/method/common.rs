@@ -54,9 +54,84 @@ pub fn not_solved_from<S: Flow + ?Sized>(
     }
 }
 
+/// Iterations at most.
+const CAP: u32 = 100;
+
+/// Change, in parts of the state, below which one that does not shrink is rounding.
+const SMALL: f64 = 1e-12;
+
+/// Iterates until nothing moves, or rounding alone; `go` gives how far the newest iteration moved, and the
+/// size of what it moved.
+///
+/// # Errors
+/// Those of `go`; [`Error::Convergence`] where it does not end.
+pub fn iterate(
+    name: &str,
+    t: f64,
+    step: u64,
+    mut go: impl FnMut() -> Result<[f64; 2]>,
+) -> Result<()> {
+    let mut before = f64::INFINITY;
+    for iteration in 1.. {
+        let [moved, size] = go()?;
+        if moved == 0.0 || (moved >= before && moved <= SMALL * size) {
+            break;
+        }
+        if iteration == CAP || !moved.is_finite() {
+            return Err(not_solved(name, t, step, iteration, moved / size));
+        }
+        before = moved;
+    }
+    Ok(())
+}
+
+/// How far it is from `last`, which becomes the way, to `end`, and the size of that.
+pub fn way(last: &mut [f64], end: &[f64]) -> [f64; 2] {
+    last.iter_mut().zip(end).for_each(|(last, end)| *last -= end);
+    [largest(last), largest(end)]
+}
+
+/// Rows to which phi-functions are formed in pairs of doubles.
+pub const PAIRS_TO: usize = 32;
+
+/// The Jacobian of a system, row by row; by differences where the system does not know it, with four
+/// states of scratch. Evaluations it took.
+///
+/// # Errors
+/// Those of the system.
+pub fn jacobian(
+    system: &dyn Flow,
+    t: f64,
+    z: &[f64],
+    h: f64,
+    out: &mut [f64],
+    scratch: &mut [f64],
+) -> Result<u64> {
+    if system.jacobian(t, z, out)? {
+        return Ok(0);
+    }
+    let m = z.len();
+    let (known, scratch) = scratch.split_at_mut(m);
+    let (moved, scratch) = scratch.split_at_mut(m);
+    let (state, distance) = scratch.split_at_mut(m);
+    system.rate(t, z, known)?;
+    state.copy_from_slice(z);
+    distances(z, known, h, distance);
+    for j in 0..m {
+        state[j] = z[j] + distance[j];
+        let d = state[j] - z[j];
+        system.rate(t, state, moved)?;
+        for i in 0..m {
+            out[m * i + j] = (moved[i] - known[i]) / d;
+        }
+        state[j] = z[j];
+    }
+    Ok(m as u64 + 1)
+}
+
 /// The distance for a difference in each component of a rate: half the digits for the difference, half
 /// for what it neglects; of one that is zero, by what a step makes of it.
-pub fn distances(z: &[f64], rate: &[f64], h: f64, out: &mut [f64]) {
+fn distances(z: &[f64], rate: &[f64], h: f64, out: &mut [f64]) {
     let made = |z: f64, rate: f64| z.abs().max((h * rate).abs());
     let size = z.iter().zip(rate).fold(0.0_f64, |size, (z, rate)| size.max(made(*z, *rate)));
     for ((out, z), rate) in out.iter_mut().zip(z).zip(rate) {

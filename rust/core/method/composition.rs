@@ -257,7 +257,7 @@ pub const YOSHIDA8: MethodInfo = MethodInfo {
     ..YOSHIDA4
 };
 
-/// explicit splitting, 6 kicks.
+/// Explicit splitting, 6 kicks.
 pub const BLANES_MOAN4: MethodInfo = MethodInfo {
     name: "blanes_moan4",
     summary: "explicit splitting, 6 kicks",
@@ -267,7 +267,7 @@ pub const BLANES_MOAN4: MethodInfo = MethodInfo {
     ..YOSHIDA4
 };
 
-/// explicit splitting, 10 kicks.
+/// Explicit splitting, 10 kicks.
 pub const BLANES_MOAN6: MethodInfo = MethodInfo {
     name: "blanes_moan6",
     summary: "explicit splitting, 10 kicks",
@@ -277,7 +277,7 @@ pub const BLANES_MOAN6: MethodInfo = MethodInfo {
     ..YOSHIDA4
 };
 
-/// composition of 17 Verlet steps.
+/// Composition of 17 Verlet steps.
 pub const KAHAN_LI8: MethodInfo = MethodInfo {
     name: "kahan_li8",
     summary: "composition of 17 Verlet steps",
@@ -287,7 +287,7 @@ pub const KAHAN_LI8: MethodInfo = MethodInfo {
     ..YOSHIDA4
 };
 
-/// composition of 35 Verlet steps.
+/// Composition of 35 Verlet steps.
 pub const SOFRONIOU_SPALETTA10: MethodInfo = MethodInfo {
     name: "sofroniou_spaletta10",
     summary: "composition of 35 Verlet steps",

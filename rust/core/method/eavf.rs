@@ -4,7 +4,7 @@
 //! the energy is conserved as far as that is exact, which with s nodes it is for potentials of degree
 //! `2 s`. Of order 2, symmetric, not symplectic. Source: Li & Wu, SIAM J. Sci. Comput. 38 (2016) A1876.
 
-use super::common::{check_finite, largest, not_solved};
+use super::common::{check_finite, iterate, way};
 use super::turn::{Turn, add_compensated};
 use super::{Bound, MethodInfo, Needs, OptionInfo, State, Step, Stepper, Work};
 use crate::error::{Error, Result};
@@ -17,12 +17,6 @@ use crate::system::{Problem, SemiLinear};
 use crate::tableau::{self, Collocation};
 
 const NAME: &str = "eavf";
-
-/// Iterations at most.
-const CAP: u32 = 100;
-
-/// Change, in parts of the state, below which one that does not shrink is rounding.
-const SMALL: f64 = 1e-12;
 
 struct Eavf {
     h: f64,
@@ -106,22 +100,12 @@ impl Eavf {
 
     /// Iterates to the end of the step.
     fn solve(&mut self, system: &dyn SemiLinear, t: f64, work: &mut Work) -> Result<()> {
-        let mut before = f64::INFINITY;
-        for iteration in 1.. {
+        iterate(NAME, t, 0, || {
             self.last.copy_from_slice(&self.end);
             self.average(system, work)?;
             self.advance();
-            self.last.iter_mut().zip(&self.end).for_each(|(last, end)| *last -= end);
-            let (moved, size) = (largest(&self.last), largest(&self.end));
-            if moved == 0.0 || (moved >= before && moved <= SMALL * size) {
-                break;
-            }
-            if iteration == CAP || !moved.is_finite() {
-                return Err(not_solved(NAME, t, 0, iteration, moved / size));
-            }
-            before = moved;
-        }
-        Ok(())
+            Ok(way(&mut self.last, &self.end))
+        })
     }
 }
 

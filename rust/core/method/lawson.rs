@@ -12,7 +12,7 @@
 //! Algorithms 76 (2017).
 
 use super::common::{check_finite, not_solved_from};
-use super::gauss::{Columns, Ending, ROUNDOFF, ending, sums};
+use super::gauss::{Changes, Columns, Ending, ROUNDOFF, count, ending, sums, weights};
 use super::turn::{Lanewise, Turn, add_compensated, exponential};
 use super::{Bound, MethodInfo, Needs, Options, State, Step, Stepper, Work};
 use crate::error::Result;
@@ -25,18 +25,6 @@ use crate::tableau::{self, Collocation};
 
 /// Iterations at most.
 const CAP: u32 = 100;
-
-/// Change, in parts of the state, below which one that does not shrink is rounding.
-const SMALL: f64 = 1e-11;
-
-/// The same where it has not shrunk for some iterations: of remainders that lose many digits.
-const NOISE: f64 = 1e-7;
-
-/// Sizes whose reciprocals are no numbers any more are none.
-const TINY: f64 = 1e-290;
-
-/// What rounding leaves of a change, about.
-const ROUNDING: f64 = 1e-16;
 
 /// Method and memory; stages are lanes.
 pub struct LawsonGauss {
@@ -105,16 +93,7 @@ impl LawsonGauss {
                 (true, false, false) => forth[lane(i)][m * (column - n) + row - n],
             }
         };
-        // The middle one, or the two outer ones, make the sum h as it is rounded.
-        let mut hb: Vec<f64> = table.b.iter().map(|b| h * b).collect();
-        let excess = h - hb.iter().sum::<f64>();
-        match s % 2 {
-            1 => hb[s / 2] += excess,
-            _ => {
-                hb[0] += 0.5 * excess;
-                hb[s - 1] += 0.5 * excess;
-            }
-        }
+        let hb = weights(&table, h);
         let zeros = || vec![Eight::ZERO; m];
         Ok(LawsonGauss {
             name,
@@ -175,20 +154,13 @@ impl LawsonGauss {
 
     /// How much a change of each component counts.
     fn weigh(&mut self) {
-        let half = self.z.len().div_ceil(2);
-        let mut sizes = [0.0_f64; 2];
         for (d, z) in self.z.iter().enumerate() {
             // A stage may be small as what the state makes of it and what the remainder adds cancel.
             let parts = [&self.stages[d].0, &self.bases[d].0];
             let ends = parts.map(|x| x[0].abs().max(x[self.table.b.len() - 1].abs()));
             self.counts[d] = z.abs().max(ends[0]).max(ends[1]);
-            sizes[d / half] = sizes[d / half].max(self.counts[d]);
         }
-        for (d, count) in self.counts.iter_mut().enumerate() {
-            // Small ones beside large ones count as well, noise does not.
-            let size = count.max(1e-3 * sizes[d / half]);
-            *count = if size > TINY { 1.0 / size } else { 0.0 };
-        }
+        count(&mut self.counts, 1e-3);
     }
 
     /// Finds the stages.
@@ -206,25 +178,16 @@ impl LawsonGauss {
         }
         self.correct();
         self.weigh();
-        let (mut last, mut least, mut in_vain) = (f64::INFINITY, f64::INFINITY, 0);
+        let mut changes = Changes::new(self.ending, 0.0);
         for iteration in 1.. {
             self.sweep(system, work)?;
             let change = self.correct();
-            let rate = change / last;
-            in_vain = if change < least { 0 } else { in_vain + 1 };
-            least = least.min(change);
-            let at_rest = (rate >= 1.0 && change <= SMALL) || (in_vain >= 3 && change <= NOISE);
-            // The first change has none before it to be compared with.
-            let near = self.ending == Ending::Tolerance
-                && iteration > 1
-                && change * rate.min(1.0) <= ROUNDING;
-            if change == 0.0 || at_rest || near {
+            if changes.end_with(change) {
                 break;
             }
             if !change.is_finite() || iteration >= CAP {
                 return Err(not_solved_from(self.name, system, (t, &self.z), iteration, change));
             }
-            last = change;
         }
         Ok(())
     }
@@ -252,7 +215,8 @@ impl Stepper<dyn SemiLinear> for LawsonGauss {
         self.solve(system, t, (k > 0).then_some(&*history), work)
             .map_err(|error| error.in_step(k))?;
         for d in 0..m {
-            let sum = small_to_large(&self.increments[d].0);
+            // Outer stages, whose weights are small, first.
+            let sum = Lanes::sum(self.increments[d].0);
             add_compensated(&mut self.z[d], &mut self.e[d], sum);
         }
         self.turn.apply(&self.z, &self.e, &mut self.next, &mut self.rest);
@@ -263,11 +227,6 @@ impl Stepper<dyn SemiLinear> for LawsonGauss {
         work.steps += 1;
         Ok(())
     }
-}
-
-/// The sum of lanes, outer stages, whose weights are small, first.
-fn small_to_large(x: &[f64; 8]) -> f64 {
-    ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]))
 }
 
 /// What the state alone makes of the stages; the stages begin there.

@@ -4,7 +4,7 @@
 //! differences unless the system is linear, and iterated until rounding. Stages that depend on those
 //! before and on themselves alone are solved one after the other.
 
-use super::common::{check_finite, distances, not_solved};
+use super::common::{self, check_finite, not_solved};
 use super::{Bound, MethodInfo, Needs, OptionInfo, State, Step, Stepper, Work};
 use crate::error::{Error, Result};
 use crate::linalg::dense::Watch;
@@ -42,7 +42,7 @@ struct RungeKutta {
     stage: Vec<f64>,
     change: Vec<f64>,
     known: Vec<f64>,
-    distances: Vec<f64>,
+    scratch: Vec<f64>,
 }
 
 /// Makes a method of a tableau for whatever system.
@@ -81,7 +81,7 @@ pub fn build(
         stage: zeros(m),
         change: zeros(rows.max(m)),
         known: zeros(m),
-        distances: zeros(m),
+        scratch: zeros(4 * m),
         stages,
     };
     Ok(Box::new(Bound::new(method, flow, String::new())))
@@ -99,7 +99,7 @@ impl RungeKutta {
         system.rate(time, &self.stage, &mut self.rates[m * i..][..m])
     }
 
-    /// The Jacobian at the middle of the step, from the rate at the state.
+    /// The Jacobian at the state, in the middle of the step.
     fn differentiate(
         &mut self,
         system: &dyn Flow,
@@ -111,24 +111,9 @@ impl RungeKutta {
             self.jacobian.copy_from_slice(linear);
             return Ok(());
         }
-        let m = z.len();
         let t = t + 0.5 * self.h;
-        if system.jacobian(t, z, &mut self.jacobian)? {
-            return Ok(());
-        }
-        system.rate(t, z, &mut self.known)?;
-        self.stage.copy_from_slice(z);
-        distances(z, &self.known, self.h, &mut self.distances);
-        for j in 0..m {
-            self.stage[j] = z[j] + self.distances[j];
-            let (d, rate) = (self.stage[j] - z[j], &mut self.change[..m]);
-            system.rate(t, &self.stage, rate)?;
-            for i in 0..m {
-                self.jacobian[i * m + j] = (rate[i] - self.known[i]) / d;
-            }
-            self.stage[j] = z[j];
-        }
-        work.evaluations += m as u64 + 1;
+        let (out, scratch) = (&mut self.jacobian, &mut self.scratch);
+        work.evaluations += common::jacobian(system, t, z, self.h, out, scratch)?;
         Ok(())
     }
 

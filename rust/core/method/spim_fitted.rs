@@ -5,7 +5,7 @@
 //! its exact step: `z1 = W z + sum Theta_j r_j`, `Theta_j` the integral of `e^((h - s) A) g_j(s)`. With three
 //! points of order 3, with four of order 4. Steps without a history are Lawson-Gauss steps of order 8.
 
-use super::common::{add_product, check_finite, largest, not_solved};
+use super::common::{PAIRS_TO, add_product, check_finite, iterate, way};
 use super::gauss::Ending;
 use super::lawson::LawsonGauss;
 use super::options::wrong;
@@ -17,12 +17,6 @@ use crate::linalg::dense::{self, Watch};
 use crate::linalg::kernel::{doubles, doubles_mut};
 use crate::system::SemiLinear;
 use crate::tableau;
-
-/// Rows to which phi-functions are formed in pairs of doubles.
-const PAIRS_TO: usize = 32;
-
-/// Iterations at most.
-const CAP: u32 = 100;
 
 /// Points of a fit at most.
 const MOST: usize = 4;
@@ -309,26 +303,18 @@ impl Fitted {
         for (weight, past) in self.corrected[1..].iter().zip(&self.past) {
             add_product(weight, past, &mut self.base);
         }
-        let mut before = f64::INFINITY;
-        for iteration in 1.. {
+        let (name, slope) = (self.name, self.slope);
+        let mut refine = || {
             self.last.copy_from_slice(&self.end);
             system.remainder(t + self.h, &self.last, &mut self.new)?;
             work.evaluations += 1;
             self.correct();
-            if self.slope == Slope::Predicted {
-                break;
-            }
-            self.last.iter_mut().zip(&self.end).for_each(|(last, end)| *last -= end);
-            let (moved, size) = (largest(&self.last), largest(&self.end));
-            if moved == 0.0 || (moved >= before && moved <= 1e-12 * size) {
-                break;
-            }
-            if iteration == CAP || !moved.is_finite() {
-                return Err(not_solved(self.name, t, k, iteration, moved / size));
-            }
-            before = moved;
+            Ok(way(&mut self.last, &self.end))
+        };
+        match slope {
+            Slope::Predicted => refine().map(|_| ()),
+            _ => iterate(name, t, k, refine),
         }
-        Ok(())
     }
 }
 

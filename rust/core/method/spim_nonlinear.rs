@@ -5,19 +5,13 @@
 //! the end itself: the symmetric exponential trapezoidal rule. Of order 2, not symplectic; the first two
 //! drift. Other functions than straight lines are in `spim_fitted`.
 
-use super::common::{add_product, check_finite, largest, not_solved};
+use super::common::{PAIRS_TO, add_product, check_finite, iterate, largest, way};
 use super::spim_fitted::{self, APPROXIMATION, Fit};
 use super::{Bound, MethodInfo, Needs, Options, State, Step, Stepper, Work};
 use crate::error::Result;
 use crate::expm;
 use crate::linalg::dense::Watch;
 use crate::system::{Problem, SemiLinear};
-
-/// Rows to which phi-functions are formed in pairs of doubles.
-const PAIRS_TO: usize = 32;
-
-/// Iterations at most.
-const CAP: u32 = 100;
 
 /// Where a step knows from how the remainder changes.
 #[derive(Clone, Copy, PartialEq)]
@@ -137,23 +131,14 @@ impl Stepper<dyn SemiLinear> for SpimNonlinear {
             }
             Slope::Implicit => {
                 self.end.copy_from_slice(&self.base);
-                let mut before = f64::INFINITY;
-                for iteration in 1.. {
+                iterate(self.name, t, k, || {
                     self.last.copy_from_slice(&self.end);
                     system.remainder(t + self.h, &self.last, &mut self.r1)?;
                     self.r1.iter_mut().zip(&self.r0).for_each(|(r1, r0)| *r1 -= r0);
                     self.correct();
                     work.evaluations += 1;
-                    self.last.iter_mut().zip(&self.end).for_each(|(last, end)| *last -= end);
-                    let (moved, size) = (largest(&self.last), largest(&self.end));
-                    if moved == 0.0 || (moved >= before && moved <= 1e-12 * size) {
-                        break;
-                    }
-                    if iteration == CAP || !moved.is_finite() {
-                        return Err(not_solved(self.name, t, k, iteration, moved / size));
-                    }
-                    before = moved;
-                }
+                    Ok(way(&mut self.last, &self.end))
+                })?;
             }
         }
         check_finite(self.name, t, k, &self.end)?;

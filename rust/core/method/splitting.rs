@@ -9,7 +9,7 @@
 //! Sources: Deuflhard (1979); García-Archilla, Sanz-Serna & Skeel, SIAM J. Sci. Comput. 20 (1998) 930;
 //! McLachlan, BIT 35 (1995) 258.
 
-use super::common::{add_product, check_finite};
+use super::common::{PAIRS_TO, add_product, check_finite};
 use super::turn::{Turn, add_compensated};
 use super::{Bound, MethodInfo, Needs, State, Step, Stepper, Work};
 use crate::error::{Error, Result};
@@ -21,9 +21,6 @@ use crate::system::{Problem, SemiLinear};
 /// Turns and kicks of McLachlan's (8, 4), first to middle.
 const TURNS: [f64; 2] = [0.075_346_960_269_892_89, 0.517_916_854_688_256_8];
 const KICKS: [f64; 2] = [0.190_225_939_373_676_62, 0.846_524_070_443_526_3];
-
-/// Rows to which functions of matrices are formed in pairs of doubles.
-const PAIRS_TO: usize = 32;
 
 #[derive(Clone, Copy)]
 enum Part {

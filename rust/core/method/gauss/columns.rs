@@ -71,3 +71,18 @@ pub fn lanes(len: usize, of: impl Fn(usize) -> f64) -> Vec<Eight> {
     }
     packs
 }
+
+/// `h b`: the middle one, or the two outer ones, make the sum h as it is rounded.
+pub fn weights(table: &Collocation, h: f64) -> Vec<f64> {
+    let s = table.b.len();
+    let mut hb: Vec<f64> = table.b.iter().map(|b| h * b).collect();
+    let excess = h - hb.iter().sum::<f64>();
+    match s % 2 {
+        1 => hb[s / 2] += excess,
+        _ => {
+            hb[0] += 0.5 * excess;
+            hb[s - 1] += 0.5 * excess;
+        }
+    }
+    hb
+}

@@ -28,11 +28,11 @@ impl<const S: usize, const B: usize> Body for Correct<'_, S, B> {
         for pair in &part.oscillators {
             turn::<V, S, B>(gauss, pair, &mut change);
         }
-        stages::<V, S, B>(gauss, &part.momenta);
+        stages::<V, S, B, true>(gauss, &part.momenta);
         for pair in &part.oscillators {
             swing::<V, B>(gauss, pair, &mut change);
         }
-        stages::<V, S, B>(gauss, &part.last);
+        stages::<V, S, B, false>(gauss, &part.last);
         gauss.part = part;
         // What is no number is lost in a maximum, never in a sum.
         let [largest, sum] = change.0;
@@ -50,9 +50,12 @@ impl<V: Lanes> Change<V> {
     }
 }
 
-/// Stages of components, and by how much they moved.
+/// Stages of components and, where it is wanted, by how much they moved.
 #[inline(always)]
-fn stages<V: Lanes, const S: usize, const B: usize>(gauss: &mut Gauss, components: &[usize]) {
+fn stages<V: Lanes, const S: usize, const B: usize, const MOVED: bool>(
+    gauss: &mut Gauss,
+    components: &[usize],
+) {
     let m = gauss.z.len();
     // Two by two, so that columns are loaded once for both.
     let (twos, one) = components.as_chunks::<2>();
@@ -60,13 +63,13 @@ fn stages<V: Lanes, const S: usize, const B: usize>(gauss: &mut Gauss, component
         let sums =
             sums::<V, S, B, 2>(&gauss.columns.mu, &gauss.increments, m, *two, &mut gauss.spare);
         for (d, sums) in two.iter().zip(sums) {
-            put(gauss, *d, sums);
+            put::<V, B, MOVED>(gauss, *d, sums);
         }
     }
     for &d in one {
         let [sums] =
             sums::<V, S, B, 1>(&gauss.columns.mu, &gauss.increments, m, [d], &mut gauss.spare);
-        put(gauss, d, sums);
+        put::<V, B, MOVED>(gauss, d, sums);
     }
 }
 
@@ -186,13 +189,19 @@ fn swing<V: Lanes, const B: usize>(gauss: &mut Gauss, pair: &Oscillator, change:
 
 /// Stages of a component.
 #[inline(always)]
-fn put<V: Lanes, const B: usize>(gauss: &mut Gauss, d: usize, sums: [Pack<V>; B]) {
+fn put<V: Lanes, const B: usize, const MOVED: bool>(
+    gauss: &mut Gauss,
+    d: usize,
+    sums: [Pack<V>; B],
+) {
     let m = gauss.z.len();
     let (z, e) = (Pack::splat(gauss.z[d]), Pack::splat(gauss.e[d]));
     for (b, sum) in sums.into_iter().enumerate() {
         let Z = &mut packs_mut::<V>(&mut gauss.stages)[m * b + d];
         let new = z + (e + sum);
-        packs_mut::<V>(&mut gauss.moved)[m * b + d] = new - *Z;
+        if MOVED {
+            packs_mut::<V>(&mut gauss.moved)[m * b + d] = new - *Z;
+        }
         *Z = new;
     }
 }

@@ -2,15 +2,17 @@
 
 mod beam;
 mod columns;
+mod ending;
 mod iteration;
 mod linear_part;
 mod stages;
 
-pub use self::columns::Columns;
+pub use self::columns::{Columns, weights};
+pub use self::ending::{Changes, Ending, ROUNDOFF, count, ending};
 pub use self::iteration::sums;
-pub use self::stages::{Ending, Gauss};
-use super::{Bound, MethodInfo, Needs, OptionInfo, Options, Step};
-use crate::error::{Error, Result};
+pub use self::stages::Gauss;
+use super::{Bound, MethodInfo, Needs, Options, Step};
+use crate::error::Result;
 use crate::system::Problem;
 use crate::tableau::{self, Collocation};
 
@@ -83,27 +85,6 @@ pub const GAUSS32: MethodInfo = MethodInfo {
     build: |problem, h, options, _| build("gauss32", tableau::COLLOCATION32, problem, h, options),
     ..GAUSS4
 };
-
-/// The option `roundoff`.
-pub const ROUNDOFF: OptionInfo = OptionInfo {
-    name: "roundoff",
-    doc: "\"minimal\" (default): iterates until nothing changes, no drift; \"tolerance\": until the \
-          next change is below rounding, faster, with a drift that 1e6 steps show",
-};
-
-/// What the option says.
-///
-/// # Errors
-/// [`Error::Argument`] for another word.
-pub fn ending(options: &Options) -> Result<Ending> {
-    match options.text("roundoff")? {
-        None | Some("minimal") => Ok(Ending::Rounding),
-        Some("tolerance") => Ok(Ending::Tolerance),
-        Some(other) => Err(Error::argument(format!(
-            "roundoff: must be 'minimal' or 'tolerance', got '{other}'"
-        ))),
-    }
-}
 
 /// Makes a Gauss method for whatever system.
 pub fn build(

@@ -10,12 +10,13 @@
 //! Sources: Hairer, McLachlan & Razakarivony, BIT 48 (2008); Antoñana, Makazaga & Murua, Numer.
 //! Algorithms 76 (2017).
 
-use super::columns::{Columns, lanes};
+use super::columns::{Columns, lanes, weights};
+use super::ending::{Changes, Ending, NOISE, ROUNDING, SMALL, count};
 use super::iteration::{Ahead, Correct, Remainder};
 use super::linear_part::LinearPart;
 use crate::error::Result;
-use crate::linalg::kernel::{Eight, dispatch, doubles, doubles_mut};
-use crate::method::common::{check_finite, distances, not_solved_from};
+use crate::linalg::kernel::{Eight, Lanes, dispatch, doubles, doubles_mut};
+use crate::method::common::{self, check_finite, not_solved_from};
 use crate::method::turn::add_compensated;
 use crate::method::{State, Stepper, Work};
 use crate::system::Flow;
@@ -24,35 +25,14 @@ use crate::tableau::Collocation;
 /// Iterations at most.
 const CAP: u32 = 100;
 
-/// Change, in parts of the state, below which one that does not shrink is rounding.
-const SMALL: f64 = 1e-11;
-
-/// The same where it has not shrunk for some iterations: of rates that lose many digits.
-const NOISE: f64 = 1e-7;
-
 /// Components at most of which a Jacobian is taken: 128 bytes an entry.
 const MOST: usize = 2048;
-
-/// Sizes whose reciprocals are no numbers any more are none.
-const TINY: f64 = 1e-290;
 
 /// Change that is none.
 const NOTHING: f64 = 1e-20;
 
 /// Iterations after which it is asked whether a Jacobian would be cheaper.
 const PATIENCE: u32 = 8;
-
-/// What rounding leaves of a change, about.
-const ROUNDING: f64 = 1e-16;
-
-/// When iterations end.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Ending {
-    /// Where nothing changes any more: no drift.
-    Rounding,
-    /// Where the next change would be below rounding: faster, with a drift that 1e6 steps show.
-    Tolerance,
-}
 
 /// Method and memory. Stages lie in blocks of eight lanes: component d of block b at `b m + d`.
 pub struct Gauss {
@@ -80,8 +60,7 @@ pub struct Gauss {
     pub(super) counts: Vec<f64>,
     pub(super) next: Vec<f64>,
     slopes: Vec<f64>,
-    distances: Vec<f64>,
-    /// Rates at the state and beside it; what their terms amount to.
+    /// Rates at the state and beside it, and two states; what terms of rates amount to.
     trial: Vec<f64>,
     terms: Vec<f64>,
     /// In eigenvectors, of one group.
@@ -107,16 +86,7 @@ impl Gauss {
             Some(matrix) => LinearPart::new(columns, h, matrix, m),
             None => LinearPart::none(m),
         };
-        // The middle one, or the two outer ones, make the sum h as it is rounded.
-        let mut hb: Vec<f64> = table.b.iter().map(|b| h * b).collect();
-        let excess = h - hb.iter().sum::<f64>();
-        match s % 2 {
-            1 => hb[s / 2] += excess,
-            _ => {
-                hb[0] += 0.5 * excess;
-                hb[s - 1] += 0.5 * excess;
-            }
-        }
+        let hb = weights(&table, h);
         let zeros = |packs: usize| vec![Eight::ZERO; packs];
         Gauss {
             name,
@@ -142,8 +112,7 @@ impl Gauss {
             counts: vec![0.0; m],
             next: vec![0.0; m],
             slopes: Vec::new(),
-            distances: vec![0.0; m],
-            trial: vec![0.0; 2 * m],
+            trial: vec![0.0; 4 * m],
             terms: vec![0.0; m],
             scratch: vec![0.0; system.scratch_len()],
         }
@@ -210,29 +179,11 @@ impl Gauss {
     /// system does not know it.
     fn differentiate(&mut self, system: &dyn Flow, t: f64, work: &mut Work) -> Result<()> {
         let m = self.z.len();
+        self.slopes.resize(m * m, 0.0);
+        let (out, scratch) = (&mut self.slopes, &mut self.trial);
         let t = t + 0.5 * self.h;
-        // The Jacobian, then a rate and another.
-        self.slopes.resize(m * m + 2 * m, 0.0);
-        let (jacobian, rates) = self.slopes.split_at_mut(m * m);
-        if system.jacobian(t, &self.z, jacobian)? {
-            self.part.renew(self.columns, self.h, &self.slopes[..m * m], m);
-            return Ok(());
-        }
-        let (known, moved) = rates.split_at_mut(m);
-        system.rate(t, &self.z, known)?;
-        self.next.copy_from_slice(&self.z);
-        distances(&self.z, known, self.h, &mut self.distances);
-        for j in 0..m {
-            self.next[j] = self.z[j] + self.distances[j];
-            let d = self.next[j] - self.z[j];
-            system.rate(t, &self.next, moved)?;
-            for i in 0..m {
-                jacobian[m * i + j] = (moved[i] - known[i]) / d;
-            }
-            self.next[j] = self.z[j];
-        }
-        work.evaluations += m as u64 + 1;
-        self.part.renew(self.columns, self.h, &self.slopes[..m * m], m);
+        work.evaluations += common::jacobian(system, t, &self.z, self.h, out, scratch)?;
+        self.part.renew(self.columns, self.h, &self.slopes, m);
         Ok(())
     }
 
@@ -241,7 +192,7 @@ impl Gauss {
     fn judge(&mut self, system: &dyn Flow, t: f64, work: &mut Work) -> Result<()> {
         let m = self.z.len();
         let t = t + 0.5 * self.h;
-        let (known, moved) = self.trial.split_at_mut(m);
+        let (known, moved) = self.trial[..2 * m].split_at_mut(m);
         system.rate(t, &self.z, known)?;
         self.next.copy_from_slice(&self.z);
         for j in (0..m).filter(|&j| self.z[j] != 0.0) {
@@ -259,24 +210,12 @@ impl Gauss {
     /// How much a change of each component counts; of how many there is nothing to compare it with.
     fn weigh(&mut self) -> usize {
         let m = self.z.len();
-        let half = m.div_ceil(2);
-        let mut sizes = [0.0_f64; 2];
-        let mut largest = |d: usize| {
+        for d in 0..m {
             let last = self.increments[m * (self.blocks - 1) + d].0[0];
             let size = self.z[d].abs().max(last.abs()).max(self.increments[d].0[0].abs());
-            let size = size.max(self.terms[d]);
-            self.counts[d] = size;
-            sizes[d / half] = sizes[d / half].max(size);
-        };
-        (0..m).for_each(&mut largest);
-        let mut unknown = 0;
-        for (d, count) in self.counts.iter_mut().enumerate() {
-            // Small ones beside large ones count as well, noise does not.
-            let size = count.max(1e-6 * sizes[d / half]);
-            unknown += usize::from(size == 0.0);
-            *count = if size > TINY { 1.0 / size } else { 0.0 };
+            self.counts[d] = size.max(self.terms[d]);
         }
-        unknown
+        count(&mut self.counts, 1e-6)
     }
 
     /// Finds the stages; iterations that took.
@@ -294,8 +233,8 @@ impl Gauss {
         }
         self.begin(system, history, work)?;
         let mut unknown = self.weigh();
-        let (mut last, mut iteration, mut since) = (f64::INFINITY, 0, 0);
-        let (mut least, mut in_vain) = (f64::INFINITY, 0);
+        let mut changes = Changes::new(self.ending, NOTHING);
+        let (mut iteration, mut since) = (0, 0);
         let (mut judged, mut was_slow) = (false, false);
         loop {
             iteration += 1;
@@ -306,33 +245,26 @@ impl Gauss {
                 // From rest components start to move one after another.
                 let before = std::mem::replace(&mut unknown, self.weigh());
                 if unknown < before {
-                    last = f64::INFINITY;
+                    changes.forget();
                     continue;
                 }
             }
-            let rate = change / last;
-            in_vain = if change < least { 0 } else { in_vain + 1 };
-            least = least.min(change);
-            let at_rest = (rate >= 1.0 && change <= SMALL) || (in_vain >= 3 && change <= NOISE);
-            if change <= NOTHING || at_rest {
+            if changes.end_with(change) {
                 return Ok(());
             }
-            let known = last.is_finite();
-            if known && self.ending == Ending::Tolerance && change * rate.min(1.0) <= ROUNDING {
-                return Ok(());
-            }
+            let rate = changes.rate;
             let lost = !change.is_finite() || (since > 2 && rate >= 1.0 && change > 1e-3);
             let slow = since >= PATIENCE && change > SMALL && {
                 let more = (ROUNDING / change).ln() / rate.ln();
                 let jacobian = self.z.len() as f64 / self.s as f64;
                 !(0.0..=8.0 + jacobian).contains(&more)
             };
-            let doubtful = slow || (in_vain >= 3 && change > NOISE);
+            let doubtful = slow || (changes.in_vain >= 3 && change > NOISE);
             if doubtful && change.is_finite() && !judged {
                 judged = true;
                 self.judge(system, t, work)?;
                 unknown = self.weigh();
-                (last, least, in_vain) = (f64::INFINITY, f64::INFINITY, 0);
+                changes.forget();
                 was_slow = slow;
                 continue;
             }
@@ -345,7 +277,8 @@ impl Gauss {
                     self.begin(system, None, work)?;
                     unknown = self.weigh();
                 }
-                (last, least, since, in_vain) = (f64::INFINITY, f64::INFINITY, 0, 0);
+                changes.forget();
+                since = 0;
                 continue;
             }
             if iteration >= CAP && change <= SMALL {
@@ -354,7 +287,6 @@ impl Gauss {
             if !change.is_finite() || iteration >= CAP {
                 return Err(not_solved_from(self.name, system, (t, &self.z), iteration, change));
             }
-            last = change;
         }
     }
 }
@@ -389,7 +321,7 @@ impl Stepper<dyn Flow> for Gauss {
         for d in 0..m {
             let mut sum = 0.0;
             for b in (0..self.blocks).rev() {
-                sum += dispatch_sum(&self.increments[m * b + d]);
+                sum += Lanes::sum(self.increments[m * b + d].0);
             }
             self.next[d] = self.z[d];
             add_compensated(&mut self.next[d], &mut self.e[d], sum);
@@ -402,10 +334,4 @@ impl Stepper<dyn Flow> for Gauss {
         work.steps += 1;
         Ok(())
     }
-}
-
-/// The sum of eight lanes in the order of [`Lanes::sum`].
-fn dispatch_sum(x: &Eight) -> f64 {
-    let x = x.0;
-    ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]))
 }

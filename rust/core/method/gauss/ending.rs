@@ -1,0 +1,105 @@
+//! When iterations over stages end.
+
+use crate::error::{Error, Result};
+use crate::method::{OptionInfo, Options};
+
+/// Change, in parts of the state, below which one that does not shrink is rounding.
+pub const SMALL: f64 = 1e-11;
+
+/// The same where it has not shrunk for some iterations: of rates that lose many digits.
+pub const NOISE: f64 = 1e-7;
+
+/// What rounding leaves of a change, about.
+pub const ROUNDING: f64 = 1e-16;
+
+/// Sizes whose reciprocals are no numbers any more are none.
+const TINY: f64 = 1e-290;
+
+/// When iterations end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Ending {
+    /// Where nothing changes any more: no drift.
+    Rounding,
+    /// Where the next change would be below rounding: faster, with a drift that 1e6 steps show.
+    Tolerance,
+}
+
+/// The option `roundoff`.
+pub const ROUNDOFF: OptionInfo = OptionInfo {
+    name: "roundoff",
+    doc: "\"minimal\" (default): iterates until nothing changes, no drift; \"tolerance\": until the \
+          next change is below rounding, faster, with a drift that 1e6 steps show",
+};
+
+/// What the option says.
+///
+/// # Errors
+/// [`Error::Argument`] for another word.
+pub fn ending(options: &Options) -> Result<Ending> {
+    match options.text("roundoff")? {
+        None | Some("minimal") => Ok(Ending::Rounding),
+        Some("tolerance") => Ok(Ending::Tolerance),
+        Some(other) => Err(Error::argument(format!(
+            "roundoff: must be 'minimal' or 'tolerance', got '{other}'"
+        ))),
+    }
+}
+
+/// Changes of iterations, in parts of the state.
+pub struct Changes {
+    ending: Ending,
+    /// Change that is none.
+    nothing: f64,
+    last: f64,
+    least: f64,
+    /// The newest beside the one before.
+    pub rate: f64,
+    /// Iterations since the smallest.
+    pub in_vain: u32,
+}
+
+impl Changes {
+    /// Of no iteration yet.
+    pub fn new(ending: Ending, nothing: f64) -> Changes {
+        let infinity = f64::INFINITY;
+        Changes { ending, nothing, last: infinity, least: infinity, rate: 0.0, in_vain: 0 }
+    }
+
+    /// Begins anew, as after a change of what changes are measured by.
+    pub fn forget(&mut self) {
+        *self = Changes::new(self.ending, self.nothing);
+    }
+
+    /// Takes the next one; whether it is the last that is needed.
+    pub fn end_with(&mut self, change: f64) -> bool {
+        // The first change has none before it to be compared with.
+        let compared = self.last.is_finite();
+        self.rate = change / self.last;
+        self.in_vain = if change < self.least { 0 } else { self.in_vain + 1 };
+        self.least = self.least.min(change);
+        self.last = change;
+        let at_rest =
+            (self.rate >= 1.0 && change <= SMALL) || (self.in_vain >= 3 && change <= NOISE);
+        let near =
+            compared && self.ending == Ending::Tolerance && change * self.rate.min(1.0) <= ROUNDING;
+        change <= self.nothing || at_rest || near
+    }
+}
+
+/// From sizes of components to how much a change of each counts: small ones beside large ones of their
+/// half of the state count as well, but for less than `part` of those, which is noise; of how many
+/// there is nothing to compare it with.
+pub fn count(sizes: &mut [f64], part: f64) -> usize {
+    let half = sizes.len().div_ceil(2);
+    let mut largest = [0.0_f64; 2];
+    for (d, size) in sizes.iter().enumerate() {
+        largest[d / half] = largest[d / half].max(*size);
+    }
+    let mut unknown = 0;
+    for (d, count) in sizes.iter_mut().enumerate() {
+        let size = count.max(part * largest[d / half]);
+        unknown += usize::from(size == 0.0);
+        *count = if size > TINY { 1.0 / size } else { 0.0 };
+    }
+    unknown
+}
