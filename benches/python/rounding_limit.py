@@ -13,7 +13,7 @@ NumPy. Runs go on as many threads as there are cores; the times of a step are th
 Forty minutes on two cores, a minute with ``--quick``; the plot needs Matplotlib::
 
     python benches/python/rounding_limit.py [--markdown] [--quick] [--plot docs/rounding_limit.svg]
-        [--steps 10000000] [--states 32] [--long 100000000]
+        [--steps 10000000] [--states 32] [--long 100000000] [--finer 1]
 """
 
 import argparse
@@ -140,13 +140,14 @@ def slope(counts, sizes, floor=0.0):
     return f"{np.polyfit(np.log(counts[grown]), np.log(sizes[grown]), 1)[0]:.2f}"
 
 
-def rows(most, states, decades, pool):
+def rows(most, states, decades, finer, pool):
     """Cells of the first table."""
     counts = np.array([m * d for d in decades for m in (1, 2, 5) if m * d <= most])
     for problem in (HenonHeiles(), Chain(), Pendulum()):
         starts = problem.states(states)
         for method in METHODS:
             step, factor = fine_step(problem, method, starts, pool)
+            step /= finer
             N = min(1_000_000, most)
             worst = errors(problem, starts[0], method, step, N, 100).max()
 
@@ -213,7 +214,8 @@ def plot(path, found):
     ax = figure.add_subplot()
     for name, step, counts, sizes in found:
         # A point a twentieth of a decade is enough.
-        marks = np.unique(np.geomspace(1, len(counts), 200).astype(int)) - 1
+        marks = np.unique(np.searchsorted(counts, np.geomspace(1, counts[-1], 160)))
+        marks = marks[marks < len(counts)]
         ax.loglog(counts[marks], np.maximum(sizes[marks], 1e-17), label=f"{name}, h = {step:g}")
     N = np.array([1.0, found[0][2][-1]])
     for factor, style in ((10.0, "k--"), (1.0, "k:")):
@@ -234,6 +236,7 @@ def main():
     parser.add_argument("--steps", type=int, default=10**7, metavar="N", help="most of 32 states")
     parser.add_argument("--states", type=int, default=32, metavar="K")
     parser.add_argument("--long", type=int, default=10**8, metavar="N", help="of one dof")
+    parser.add_argument("--finer", type=float, default=1.0, metavar="F", help="than the step found")
     parser.add_argument("--plot", metavar="FILE")
     given = parser.parse_args()
     most, states, steps = given.steps, given.states, given.long
@@ -246,7 +249,7 @@ def main():
         head = ["system", "method", "step", "halving gains", "largest", "10 u sqrt(N)"]
         head += [f"RMS, {d:.0e}" for d in decades] + ["slope", "ns a step"]
         print(f"RMS over {states} states; largest to {min(most, 10**6):.0e} steps\n")
-        show(head, rows(most, states, decades, pool), given.markdown, width=14)
+        show(head, rows(most, states, decades, given.finer, pool), given.markdown, width=14)
         found = long_runs(steps, pool)
     decades = [10**d for d in range(4, 10) if 10**d <= steps]
     print(f"\ny'' = -y + y^2: largest error so far; slope from 1e4 to {steps:.0e} steps\n")
