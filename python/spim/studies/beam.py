@@ -248,7 +248,7 @@ class WorkPrecision:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
 
-        figure = Figure(figsize=(11, 4.2), layout="constrained")
+        figure = Figure(figsize=(12.5, 4.2), layout="constrained")
         FigureCanvasAgg(figure)
         left, right = figure.subplots(1, 2, sharey=True)
         for method, (errors, seconds) in self.found.items():
@@ -257,7 +257,10 @@ class WorkPrecision:
             right.loglog(seconds, errors, **style)
         left.set(xlabel="step [s]", ylabel="largest error of coordinates [m, rad]")
         right.set(xlabel="time of the run [s]")
-        left.legend(fontsize=7)
+        # Beside both, long enough that dashes show.
+        figure.legend(
+            *left.get_legend_handles_labels(), loc="outside right", fontsize=8, handlelength=3.5
+        )
         left.set_title(self.title, loc="left", fontsize=11, fontweight="bold")
         return figure
 
