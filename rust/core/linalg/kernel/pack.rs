@@ -18,6 +18,8 @@ pub trait Lanes: Copy + 'static {
     const PAIR_TILE: (usize, usize);
     /// The same number in all lanes.
     fn splat(x: f64) -> Self;
+    /// The number of one lane in all lanes.
+    fn lane(self, lane: usize) -> Self;
     /// The first eight numbers, 0 in the lanes that memory has none for.
     fn load(from: &[f64]) -> Self;
     /// Writes as many lanes as there is room for.
@@ -76,6 +78,11 @@ impl<V: Lanes> Pack<V> {
     #[inline(always)]
     pub fn splat(x: f64) -> Self {
         Pack(V::splat(x))
+    }
+    /// The number of one lane in all lanes.
+    #[inline(always)]
+    pub fn lane(self, lane: usize) -> Self {
+        Pack(self.0.lane(lane))
     }
     /// The first eight numbers, 0 in the lanes that memory has none for.
     #[inline(always)]
@@ -198,6 +205,10 @@ impl Lanes for [f64; 8] {
         [x; 8]
     }
     #[inline(always)]
+    fn lane(self, lane: usize) -> Self {
+        [self[lane]; 8]
+    }
+    #[inline(always)]
     fn load(from: &[f64]) -> Self {
         std::array::from_fn(|i| from.get(i).copied().unwrap_or(0.0))
     }
@@ -269,6 +280,10 @@ impl Lanes for f64 {
     #[inline(always)]
     fn splat(x: f64) -> Self {
         x
+    }
+    #[inline(always)]
+    fn lane(self, _: usize) -> Self {
+        self
     }
     #[inline(always)]
     fn load(from: &[f64]) -> Self {
@@ -359,19 +374,31 @@ pub(super) use x86::{avx2, avx512};
 #[cfg(target_arch = "x86_64")]
 mod x86 {
     use std::arch::x86_64::*;
+    use std::hint::black_box;
+    use std::mem::MaybeUninit;
 
-    use super::{Body, EXPONENT, Lanes};
+    use super::{Body, EXPONENT, Eight, Lanes};
 
     /// Runs a body with AVX2 and FMA.
     #[target_feature(enable = "avx2,fma")]
     pub unsafe fn avx2<B: Body>(body: B) -> B::Output {
+        at_cache_line();
         body.run::<[Ymm; 2]>()
     }
 
     /// Runs a body with AVX-512.
     #[target_feature(enable = "avx512f,avx512dq,avx512vl,fma")]
     pub unsafe fn avx512<B: Body>(body: B) -> B::Output {
+        at_cache_line();
         body.run::<Zmm>()
+    }
+
+    /// Makes the stack of the function it is in begin at a cache line. Compilers keep there what does not
+    /// fit into registers, and where it lies across two lines kernels are a tenth slower, or not, by who
+    /// calls them.
+    #[inline(always)]
+    fn at_cache_line() {
+        black_box(&MaybeUninit::<Eight>::uninit());
     }
 
     #[derive(Clone, Copy)]
@@ -447,6 +474,20 @@ mod x86 {
         fn splat(x: f64) -> Self {
             // SAFETY: reached only below `avx2`.
             [Ymm(unsafe { _mm256_set1_pd(x) }); 2]
+        }
+        #[inline(always)]
+        fn lane(self, lane: usize) -> Self {
+            let four = self[lane / 4].0;
+            // SAFETY: reached only below `avx2`.
+            let all = unsafe {
+                match lane % 4 {
+                    0 => _mm256_permute4x64_pd::<0x00>(four),
+                    1 => _mm256_permute4x64_pd::<0x55>(four),
+                    2 => _mm256_permute4x64_pd::<0xaa>(four),
+                    _ => _mm256_permute4x64_pd::<0xff>(four),
+                }
+            };
+            [Ymm(all); 2]
         }
         #[inline(always)]
         fn load(from: &[f64]) -> Self {
@@ -557,6 +598,11 @@ mod x86 {
         fn splat(x: f64) -> Self {
             // SAFETY: reached only below `avx512`.
             Zmm(unsafe { _mm512_set1_pd(x) })
+        }
+        #[inline(always)]
+        fn lane(self, lane: usize) -> Self {
+            // SAFETY: reached only below `avx512`.
+            Zmm(unsafe { _mm512_permutexvar_pd(_mm512_set1_epi64(lane as i64), self.0) })
         }
         #[inline(always)]
         fn load(from: &[f64]) -> Self {
