@@ -12,7 +12,7 @@
 //! Algorithms 76 (2017).
 
 use super::common::{check_finite, not_solved_from};
-use super::gauss::{Changes, Columns, Ending, ROUNDOFF, count, ending, sums, weights};
+use super::gauss::{Changes, Columns, Ending, ROUNDOFF, count, ending, matrix, product, weights};
 use super::turn::{Lanewise, Turn, add_compensated, exponential};
 use super::{Bound, MethodInfo, Needs, Options, State, Step, Stepper, Work};
 use crate::error::Result;
@@ -273,14 +273,9 @@ impl<const S: usize> Body for Correct<'_, S> {
             change = change.max(step.abs() * Pack::splat(lawson.counts[d]));
             bad = bad + step;
         }
+        let mu = matrix::<S, 1>(&lawson.columns.mu);
         for d in 0..m {
-            let [[sum]] = sums::<V, S, 1, 1>(
-                &lawson.columns.mu,
-                &lawson.increments,
-                m,
-                [d],
-                &mut [Eight::ZERO; 4],
-            );
+            let [[sum]] = product([mu], [[packs::<V>(&lawson.increments)[d]]]);
             packs_mut::<V>(&mut lawson.spare)[d] = Pack::splat(lawson.e[d]) + sum;
         }
         for d in 0..m {
@@ -303,9 +298,9 @@ impl<const S: usize> Body for Ahead<'_, S> {
     fn run<V: Lanes>(self) {
         let Ahead(lawson, history) = self;
         let m = lawson.z.len();
+        let ahead = matrix::<S, 1>(&lawson.columns.ahead);
         for d in 0..m {
-            let [[sum]] =
-                sums::<V, S, 1, 1>(&lawson.columns.ahead, history, m, [d], &mut [Eight::ZERO; 4]);
+            let [[sum]] = product([ahead], [[packs::<V>(history)[d]]]);
             packs_mut::<V>(&mut lawson.rates)[d] = sum;
         }
     }

@@ -93,10 +93,11 @@ impl Formula for CompoundPendulum {
         let CompoundPendulum { rod_mass, length, bead_mass: m, stiffness, gravity: g, .. } = *self;
         let [x, theta, px, ptheta] = *z else { unreachable!("4 components") };
         let (sin, cos) = theta.sin_cos();
-        let moment = m * (self.rest() + x);
-        let rate = ptheta / (self.inertia() + moment * moment / m);
+        let arm = self.rest() + x;
+        let moment = m * arm;
+        let rate = ptheta / (self.inertia() + moment * arm);
         f.copy_from_slice(&[
-            px / m,
+            px * self.matrix[2],
             rate,
             moment * rate * rate - stiffness * x - m * g * (1.0 - cos),
             -(0.5 * rod_mass * length + moment) * g * sin,
@@ -114,8 +115,9 @@ impl Parts for CompoundPendulum {
         let CompoundPendulum { rod_mass, length, bead_mass: m, gravity: g, .. } = *self;
         let [x, theta, _, ptheta] = *z else { unreachable!("4 components") };
         let (sin, cos) = theta.sin_cos();
-        let moment = m * (self.rest() + x);
-        let rate = ptheta / (self.inertia() + moment * moment / m);
+        let arm = self.rest() + x;
+        let moment = m * arm;
+        let rate = ptheta / (self.inertia() + moment * arm);
         let weight = (0.5 * rod_mass * length + m * self.rest()) * g;
         f.copy_from_slice(&[
             Pack::splat(0.0),

@@ -9,6 +9,9 @@ const HALF_PI: [f64; 3] =
 /// Adding and taking it away again rounds to a whole number.
 const TO_WHOLE: f64 = 6_755_399_441_055_744.0; // 1.5 * 2^52
 
+/// Below it no quarter turn is taken off.
+const SMALL: f64 = 0.785;
+
 /// Beyond it a reduction needs more parts of pi.
 const FAR: f64 = 1e5;
 
@@ -48,8 +51,12 @@ impl<V: Lanes> Pack<V> {
     #[inline(always)]
     pub fn sin_cos(self) -> (Self, Self) {
         let x = self;
-        let near = x.abs().largest() <= FAR;
-        if !near {
+        let farthest = x.abs().largest();
+        if farthest <= SMALL {
+            return first_octants(x, Pack::splat(0.0));
+        }
+        let reducible = farthest <= FAR;
+        if !reducible {
             return far(x);
         }
         let turns = (x * std::f64::consts::FRAC_2_PI + TO_WHOLE) - TO_WHOLE;
@@ -58,13 +65,7 @@ impl<V: Lanes> Pack<V> {
         let second = turns * HALF_PI[1];
         let r = near - second;
         let rest = ((near - r) - second) - turns * HALF_PI[2];
-        let square = r * r;
-        let cube = square * r;
-        let sin = r + (cube * polynomial(&SIN, square) + rest * (1.0 - 0.5 * square));
-        let half = 0.5 * square;
-        let most = 1.0 - half;
-        let cos = most
-            + (((1.0 - most) - half) + (square * square * polynomial(&COS, square) - r * rest));
+        let (sin, cos) = first_octants(r, rest);
         // Quarter turns, -2 to 2: 1 and -1 swap the two, and some change their signs.
         let quarter = turns - 4.0 * ((0.25 * turns + TO_WHOLE) - TO_WHOLE);
         let odd = (quarter.abs() - 1.0).abs() - 0.5;
@@ -73,6 +74,19 @@ impl<V: Lanes> Pack<V> {
         let sign_c = (quarter + 1.5) * (0.5 - quarter);
         ((-s).where_negative(sign_s, s), (-c).where_negative(sign_c, c))
     }
+}
+
+/// Sine and cosine of `r + rest`, r at most pi/4 and rest its rounding.
+#[inline(always)]
+fn first_octants<V: Lanes>(r: Pack<V>, rest: Pack<V>) -> (Pack<V>, Pack<V>) {
+    let square = r * r;
+    let cube = square * r;
+    let sin = r + (cube * polynomial(&SIN, square) + rest * (1.0 - 0.5 * square));
+    let half = 0.5 * square;
+    let most = 1.0 - half;
+    let cos =
+        most + (((1.0 - most) - half) + (square * square * polynomial(&COS, square) - r * rest));
+    (sin, cos)
 }
 
 /// Lane by lane, for arguments that are large or no numbers.

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use crate::linalg::kernel::{Eight, doubles_mut};
+use crate::linalg::kernel::{Eight, Lanes, Pack, doubles_mut, packs};
 use crate::tableau::Collocation;
 
 /// Columns of a table's matrices, a pack a block of eight stages each.
@@ -11,7 +11,7 @@ pub struct Columns {
     pub blocks: usize,
     /// Places of the stages, those of the first where there is no stage.
     pub places: Vec<Eight>,
-    /// `a_ij / b_j`.
+    /// `a_ij / b_j`; of 16 stages as [`gather`] takes them.
     pub mu: Vec<Eight>,
     /// What extrapolates.
     pub ahead: Vec<Eight>,
@@ -37,10 +37,10 @@ impl Columns {
     fn new(table: &Collocation) -> Columns {
         let (s, pairs) = (table.b.len(), table.values_real.len());
         let columns = |matrix: &[f64]| -> Vec<Eight> {
-            (0..s).flat_map(|j| lanes(s, |i| matrix[s * i + j])).collect()
+            (0..s).flat_map(|j| lanes(s, |i| matrix[s * i + stage(s, j)])).collect()
         };
         let forward = (0..s).map(|j| {
-            let part = |of: &[f64]| lanes(pairs, |k| of[s * k + j])[0];
+            let part = |of: &[f64]| lanes(pairs, |k| of[s * k + stage(s, j)])[0];
             [part(table.forward_real), part(table.forward_imaginary)]
         });
         let backward = (0..pairs).flat_map(|k| {
@@ -54,7 +54,7 @@ impl Columns {
         Columns {
             blocks: s.div_ceil(8),
             places,
-            mu: columns(table.mu),
+            mu: if s == 16 { folded(table.mu) } else { columns(table.mu) },
             ahead: columns(table.ahead),
             values: [repeated(table.values_real), repeated(table.values_imaginary)],
             forward: forward.collect(),
@@ -63,13 +63,27 @@ impl Columns {
     }
 }
 
-/// Numbers in packs, zero where there is none.
+/// The stage of a lane: of 16 stages the second block mirrors the first.
+fn stage(s: usize, lane: usize) -> usize {
+    if s == 16 && lane >= 8 { 23 - lane } else { lane }
+}
+
+/// Numbers of stages in packs, zero where there is none.
 pub fn lanes(len: usize, of: impl Fn(usize) -> f64) -> Vec<Eight> {
     let mut packs = vec![Eight::ZERO; len.div_ceil(8)];
     for (i, lane) in doubles_mut(&mut packs)[..len].iter_mut().enumerate() {
-        *lane = of(i);
+        *lane = of(stage(len, i));
     }
     packs
+}
+
+/// Columns of `Q` and of `-Q'`, in turn: with `mu = 1/2 + [A B; -B -A]` of stages and their mirror images,
+/// A antisymmetric and B symmetric, `Q = (A + B) / 2`.
+fn folded(mu: &[f64]) -> Vec<Eight> {
+    let q = |i: usize, j: usize| 0.5 * ((mu[16 * i + j] - 0.5) + (mu[16 * i + 15 - j] - 0.5));
+    let column =
+        |j: usize| [std::array::from_fn(|i| q(i, j)), std::array::from_fn(|i| -q(j, i))].map(Eight);
+    (0..8).flat_map(column).collect()
 }
 
 /// `h b`: the middle one, or the two outer ones, make the sum h as it is rounded.
@@ -85,4 +99,138 @@ pub fn weights(table: &Collocation, h: f64) -> Vec<f64> {
         }
     }
     hb
+}
+
+/// The columns of a matrix of S stages.
+#[inline(always)]
+pub fn matrix<const S: usize, const B: usize>(columns: &[Eight]) -> &[[Eight; B]; S] {
+    columns.as_chunks().0.first_chunk().expect("a column a stage")
+}
+
+/// `sum of columns_j x_j`, of C matrices and as many x; even and odd terms apart, so that additions
+/// overlap.
+#[inline(always)]
+pub fn product<V: Lanes, const S: usize, const B: usize, const C: usize>(
+    columns: [&[[Eight; B]; S]; C],
+    x: [[Pack<V>; B]; C],
+) -> [[Pack<V>; B]; C] {
+    let mut even = [[Pack::<V>::splat(0.0); B]; C];
+    let mut odd = even;
+    for at in 0..S / 2 {
+        add_column(&mut even, columns, x, 2 * at);
+        add_column(&mut odd, columns, x, 2 * at + 1);
+    }
+    if S % 2 == 1 {
+        add_column(&mut even, columns, x, S - 1);
+    }
+    for (even, odd) in even.as_flattened_mut().iter_mut().zip(odd.as_flattened()) {
+        *even = *even + *odd;
+    }
+    even
+}
+
+#[inline(always)]
+fn add_column<V: Lanes, const S: usize, const B: usize, const C: usize>(
+    sums: &mut [[Pack<V>; B]; C],
+    columns: [&[[Eight; B]; S]; C],
+    x: [[Pack<V>; B]; C],
+    j: usize,
+) {
+    for c in 0..C {
+        let x = x[c][j / 8].lane(j % 8);
+        for (sum, column) in sums[c].iter_mut().zip(packs(&columns[c][j])) {
+            *sum = column.mul_add(x, *sum);
+        }
+    }
+}
+
+/// `sum of mu_ij x_j`. Gauss points are symmetric: of 16 stages sums and differences of mirror images have
+/// half as many products.
+#[inline(always)]
+pub fn gather<V: Lanes, const S: usize, const B: usize, const C: usize>(
+    mu: &[Eight],
+    x: [[Pack<V>; B]; C],
+) -> [[Pack<V>; B]; C] {
+    if S != 16 {
+        return product([matrix::<S, B>(mu); C], x);
+    }
+    let columns = matrix::<8, 2>(mu);
+    let mut parts = [[Pack::<V>::splat(0.0); 2]; C];
+    for (parts, x) in parts.iter_mut().zip(x) {
+        *parts = [x[0] + x[B - 1], x[0] - x[B - 1]];
+    }
+    let mut even = [[Pack::<V>::splat(0.0); 2]; C];
+    let mut odd = even;
+    for at in 0..4 {
+        add_folded(&mut even, columns, parts, 2 * at);
+        add_folded(&mut odd, columns, parts, 2 * at + 1);
+    }
+    let mut out = x;
+    for c in 0..C {
+        let half = Pack::splat(0.5 * parts[c][0].sum());
+        let [across, along] = [even[c][0] + odd[c][0], even[c][1] + odd[c][1]];
+        let along = half + along;
+        (out[c][0], out[c][B - 1]) = (along + across, along - across);
+    }
+    out
+}
+
+#[inline(always)]
+fn add_folded<V: Lanes, const C: usize>(
+    sums: &mut [[Pack<V>; 2]; C],
+    columns: &[[Eight; 2]; 8],
+    parts: [[Pack<V>; 2]; C],
+    j: usize,
+) {
+    let column = packs::<V>(&columns[j]);
+    for (sums, parts) in sums.iter_mut().zip(parts) {
+        for half in 0..2 {
+            sums[half] = column[half].mul_add(parts[half].lane(j), sums[half]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::kernel::{Body, Level, dispatch, force};
+    use crate::tableau::COLLOCATION32;
+
+    struct Gathered<'a>(&'a Columns, [Eight; 2]);
+
+    impl Body for Gathered<'_> {
+        type Output = [[f64; 8]; 2];
+        #[inline(always)]
+        fn run<V: Lanes>(self) -> [[f64; 8]; 2] {
+            let x = packs::<V>(&self.1).first_chunk().expect("two packs");
+            let [sums] = gather::<V, 16, 2, 1>(&self.0.mu, [*x]);
+            let mut out = [[0.0; 8]; 2];
+            for (out, sum) in out.iter_mut().zip(sums) {
+                sum.store(out);
+            }
+            out
+        }
+    }
+
+    #[test]
+    fn mirror_images_add_up_to_the_whole_matrix() {
+        let columns = Columns::of(&COLLOCATION32);
+        let x: [f64; 16] = std::array::from_fn(|i| (1.7 * i as f64 + 0.3).sin());
+        let mut lanes = [Eight::ZERO; 2];
+        for (i, x) in x.iter().enumerate() {
+            doubles_mut(&mut lanes)[if i < 8 { i } else { 23 - i }] = *x;
+        }
+        let found = dispatch(Gathered(columns, lanes));
+        for i in 0..16 {
+            let row = &COLLOCATION32.mu[16 * i..][..16];
+            let right: f64 = row.iter().zip(&x).map(|(mu, x)| mu * x).sum();
+            let found = if i < 8 { found[0][i] } else { found[1][15 - i] };
+            assert!((found - right).abs() <= 4e-15, "{i}: {found} {right}");
+        }
+        for level in Level::ALL {
+            force(Some(level));
+            assert_eq!(dispatch(Gathered(columns, lanes)), found, "{level:?}");
+        }
+        force(None);
+    }
 }

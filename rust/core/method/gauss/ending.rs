@@ -90,16 +90,16 @@ impl Changes {
 /// half of the state count as well, but for less than `part` of those, which is noise; of how many
 /// there is nothing to compare it with.
 pub fn count(sizes: &mut [f64], part: f64) -> usize {
-    let half = sizes.len().div_ceil(2);
-    let mut largest = [0.0_f64; 2];
-    for (d, size) in sizes.iter().enumerate() {
-        largest[d / half] = largest[d / half].max(*size);
-    }
     let mut unknown = 0;
-    for (d, count) in sizes.iter_mut().enumerate() {
-        let size = count.max(part * largest[d / half]);
-        unknown += usize::from(size == 0.0);
-        *count = if size > TINY { 1.0 / size } else { 0.0 };
+    let half = sizes.len().div_ceil(2);
+    let (coordinates, momenta) = sizes.split_at_mut(half);
+    for sizes in [coordinates, momenta] {
+        let least = part * sizes.iter().fold(0.0_f64, |largest, size| largest.max(*size));
+        for count in sizes {
+            let size = count.max(least);
+            unknown += usize::from(size == 0.0);
+            *count = if size > TINY { 1.0 / size } else { 0.0 };
+        }
     }
     unknown
 }

@@ -1,8 +1,9 @@
 //! What is done with all stages at once, in packs.
 
+use super::columns::{gather, matrix, product};
 use super::linear_part::{Group, Oscillator, numbers, times};
 use super::stages::Gauss;
-use crate::linalg::kernel::{Body, Eight, Lanes, Pack, doubles, packs, packs_mut};
+use crate::linalg::kernel::{Body, Eight, Lanes, Pack, packs, packs_mut};
 
 /// What is left of an oscillator's first equation, in parts of the state, below which its second one
 /// need not know it.
@@ -16,249 +17,221 @@ impl<const S: usize, const B: usize> Body for Correct<'_, S, B> {
 
     #[inline(always)]
     fn run<V: Lanes>(self) -> f64 {
-        let gauss = self.0;
-        let part = std::mem::take(&mut gauss.part);
-        let mut change = Change([Pack::<V>::splat(0.0); 2]);
-        for &d in &part.free {
-            follow::<V, B>(gauss, d, &mut change);
+        let Gauss {
+            part, turned, columns, weights, z, e, counts, rates, stages, increments, ..
+        } = self.0;
+        let m = z.len();
+        let (forward, backward) = (&columns.forward, &columns.backward);
+        let mut all = All::<V, S, B> {
+            mu: &columns.mu,
+            weights: packs(weights).first_chunk().expect("a pack a block"),
+            z,
+            e: &e[..m],
+            counts: &counts[..m],
+            rates: split(packs(rates), m),
+            stages: split_mut(packs_mut(stages), m),
+            increments: &mut increments.as_chunks_mut().0[..m],
+            largest: Pack::splat(0.0),
+            total: Pack::splat(0.0),
+        };
+        // Two at a time: each waits for itself.
+        let (twos, one) = part.free.as_chunks::<2>();
+        for two in twos {
+            all.follow(*two);
+        }
+        for one in one {
+            all.follow([*one]);
         }
         for group in &part.groups {
-            divide::<V, S, B>(gauss, group, &mut change);
+            all.divide(group, forward, backward, turned);
         }
-        for pair in &part.oscillators {
-            turn::<V, S, B>(gauss, pair, &mut change);
+        let (twos, one) = part.oscillators.as_chunks::<2>();
+        for two in twos {
+            all.swing(two);
         }
-        stages::<V, S, B, true>(gauss, &part.momenta);
-        for pair in &part.oscillators {
-            swing::<V, B>(gauss, pair, &mut change);
+        for one in one.as_chunks::<1>().0 {
+            all.swing(one);
         }
-        stages::<V, S, B, false>(gauss, &part.last);
-        gauss.part = part;
         // What is no number is lost in a maximum, never in a sum.
-        let [largest, sum] = change.0;
-        if sum.sum().is_finite() { largest.largest() } else { f64::NAN }
+        if all.total.sum().is_finite() { all.largest.largest() } else { f64::NAN }
     }
 }
 
-/// How far an iteration went: the largest step, and a sum.
-struct Change<V>([Pack<V>; 2]);
+/// What an iteration works on; components have a pack a block.
+struct All<'a, V, const S: usize, const B: usize> {
+    mu: &'a [Eight],
+    weights: &'a [Pack<V>; B],
+    z: &'a [f64],
+    e: &'a [f64],
+    counts: &'a [f64],
+    rates: [&'a [Pack<V>]; B],
+    stages: [&'a mut [Pack<V>]; B],
+    increments: &'a mut [[Eight; B]],
+    /// The largest change, and the sum of all.
+    largest: Pack<V>,
+    total: Pack<V>,
+}
 
-impl<V: Lanes> Change<V> {
+impl<V: Lanes, const S: usize, const B: usize> All<'_, V, S, B> {
+    /// Components without a linear part: their increments are what the rates say.
     #[inline(always)]
-    fn note(&mut self, step: Pack<V>, count: f64) {
-        self.0 = [self.0[0].max(step.abs() * count), self.0[1] + step];
+    fn follow<const C: usize>(&mut self, components: [usize; C]) {
+        for d in components {
+            self.set(d, blocks(|b| self.weights[b] * self.rates[b][d]));
+        }
+        self.put(components);
     }
-}
 
-/// Stages of components and, where it is wanted, by how much they moved.
-#[inline(always)]
-fn stages<V: Lanes, const S: usize, const B: usize, const MOVED: bool>(
-    gauss: &mut Gauss,
-    components: &[usize],
-) {
-    let m = gauss.z.len();
-    // Two by two, so that columns are loaded once for both.
-    let (twos, one) = components.as_chunks::<2>();
-    for two in twos {
-        let sums =
-            sums::<V, S, B, 2>(&gauss.columns.mu, &gauss.increments, m, *two, &mut gauss.spare);
-        for (d, sums) in two.iter().zip(sums) {
-            put::<V, B, MOVED>(gauss, *d, sums);
+    /// A group: what is left of its equations, divided in eigenvectors.
+    #[inline(always)]
+    fn divide(
+        &mut self,
+        group: &Group,
+        forward: &[[Eight; 2]],
+        backward: &[[Eight; 2]],
+        turned: &mut [[Eight; 2]],
+    ) {
+        let r = group.members.len();
+        for (&d, turned) in group.members.iter().zip(&mut *turned) {
+            let left = self.left(d);
+            let mut sums = [Pack::<V>::splat(0.0); 2];
+            for (j, column) in forward[..S].iter().enumerate() {
+                let ([re, im], x) = (numbers::<V>(column), left[j / 8].lane(j % 8));
+                sums = [sums[0] + re * x, sums[1] + im * x];
+            }
+            packs_mut::<V>(turned).copy_from_slice(&sums);
+        }
+        for (i, &d) in group.members.iter().enumerate() {
+            let mut sum = [Pack::<V>::splat(0.0); 2];
+            let row = group.inverse[r * i..][..r].iter().zip(&group.zero[r * i..][..r]);
+            for ((entry, zero), turned) in row.zip(&*turned) {
+                if !zero {
+                    let [x, y] = times(numbers::<V>(entry), numbers::<V>(turned));
+                    sum = [sum[0] + x, sum[1] + y];
+                }
+            }
+            let mut steps = [[Pack::<V>::splat(0.0); B]; 2];
+            for (k, column) in backward.as_chunks::<B>().0.iter().enumerate() {
+                let (x, y) = (sum[0].lane(k), sum[1].lane(k));
+                for b in 0..B {
+                    let [re, im] = numbers::<V>(&column[b]);
+                    steps[0][b] = steps[0][b] + re * x;
+                    steps[1][b] = steps[1][b] + im * y;
+                }
+            }
+            self.add(d, blocks(|b| steps[0][b] - steps[1][b]));
+            self.put([d]);
         }
     }
-    for &d in one {
-        let [sums] =
-            sums::<V, S, B, 1>(&gauss.columns.mu, &gauss.increments, m, [d], &mut gauss.spare);
-        put::<V, B, MOVED>(gauss, d, sums);
-    }
-}
 
-/// Increments of a component without a linear part: what the rates say.
-#[inline(always)]
-fn follow<V: Lanes, const B: usize>(gauss: &mut Gauss, d: usize, change: &mut Change<V>) {
-    let (m, hb) = (gauss.z.len(), blocks::<V, B>(&gauss.weights));
-    for b in 0..B {
-        let L = &mut packs_mut::<V>(&mut gauss.increments)[m * b + d];
-        let new = hb[b] * packs::<V>(&gauss.rates)[m * b + d];
-        change.note(new - *L, gauss.counts[d]);
-        *L = new;
-    }
-}
-
-/// What is left of the equations of a component.
-#[inline(always)]
-fn left<V: Lanes, const B: usize>(gauss: &Gauss, d: usize) -> [Pack<V>; B] {
-    let (m, hb) = (gauss.z.len(), blocks::<V, B>(&gauss.weights));
-    let (rates, increments) = (packs::<V>(&gauss.rates), packs::<V>(&gauss.increments));
-    std::array::from_fn(|b| hb[b] * rates[m * b + d] - increments[m * b + d])
-}
-
-/// Adds to the increments of a component.
-#[inline(always)]
-fn add<V: Lanes, const B: usize>(
-    gauss: &mut Gauss,
-    d: usize,
-    steps: [Pack<V>; B],
-    change: &mut Change<V>,
-) {
-    let m = gauss.z.len();
-    for (b, step) in steps.into_iter().enumerate() {
-        let L = &mut packs_mut::<V>(&mut gauss.increments)[m * b + d];
-        *L = *L + step;
-        change.note(step, gauss.counts[d]);
-    }
-}
-
-/// Increments of a group: what is left, divided in eigenvectors.
-#[inline(always)]
-fn divide<V: Lanes, const S: usize, const B: usize>(
-    gauss: &mut Gauss,
-    group: &Group,
-    change: &mut Change<V>,
-) {
-    let r = group.members.len();
-    for (at, &d) in group.members.iter().enumerate() {
-        let left = left::<V, B>(gauss, d);
-        packs_mut::<V>(&mut gauss.left).copy_from_slice(&left);
-        let left = doubles(&gauss.left);
-        let mut sums = [Pack::<V>::splat(0.0); 2];
-        for (column, x) in gauss.columns.forward.iter().zip(&left[..S]) {
-            let [re, im] = numbers::<V>(column);
-            sums = [sums[0] + re * *x, sums[1] + im * *x];
+    /// Oscillators: their momenta with the displacements eliminated, and these as far as the momenta
+    /// have moved.
+    #[inline(always)]
+    fn swing<const C: usize>(&mut self, pairs: &[Oscillator; C]) {
+        // Checked before, so that nothing is put off until after a check.
+        let (xs, ps) = (pairs.each_ref().map(|pair| pair.x), pairs.each_ref().map(|pair| pair.p));
+        assert!(xs.iter().chain(&ps).all(|d| *d < self.z.len()), "components of the system");
+        let mut left = [[Pack::splat(0.0); B]; C];
+        for (left, p) in left.iter_mut().zip(ps) {
+            *left = self.left(p);
         }
-        packs_mut::<V>(&mut gauss.turned[at]).copy_from_slice(&sums);
-    }
-    for (i, &d) in group.members.iter().enumerate() {
-        let mut sum = [Pack::<V>::splat(0.0); 2];
-        let row = group.inverse[r * i..][..r].iter().zip(&group.zero[r * i..][..r]);
-        for ((entry, zero), turned) in row.zip(&gauss.turned) {
-            if !zero {
-                let [x, y] = times(numbers::<V>(entry), numbers::<V>(turned));
-                sum = [sum[0] + x, sum[1] + y];
+        let inverses = pairs.each_ref().map(|pair| matrix::<S, B>(&pair.inverse));
+        let mut steps = product(inverses, left);
+        for (pair, steps) in pairs.iter().zip(&mut steps) {
+            let of_x = self.left(pair.x);
+            let size = of_x.iter().fold(Pack::<V>::splat(0.0), |size, x| size.max(x.abs()));
+            if (size * self.counts[pair.x]).largest() > SLIGHT {
+                let [more] = product([matrix::<S, B>(&pair.from_x)], [of_x]);
+                for b in 0..B {
+                    steps[b] = steps[b] + more[b];
+                }
             }
         }
-        let mut lanes = [Eight::ZERO; 2];
-        packs_mut::<V>(&mut lanes).copy_from_slice(&sum);
-        let mut steps = [[Pack::<V>::splat(0.0); B]; 2];
-        for (k, column) in gauss.columns.backward.chunks_exact(B).enumerate() {
-            let (x, y) = (lanes[0].0[k], lanes[1].0[k]);
+        for (pair, steps) in pairs.iter().zip(steps) {
+            self.add(pair.p, steps);
+        }
+        let moved = self.put(ps);
+        for (pair, moved) in pairs.iter().zip(moved) {
+            let new = blocks(|b| self.weights[b] * (self.rates[b][pair.x] + pair.to_x * moved[b]));
+            self.set(pair.x, new);
+        }
+        self.put(xs);
+    }
+
+    /// What is left of the equations of a component.
+    #[inline(always)]
+    fn left(&self, d: usize) -> [Pack<V>; B] {
+        let increments = packs(&self.increments[d]);
+        blocks(|b| self.weights[b] * self.rates[b][d] - increments[b])
+    }
+
+    /// Adds to the increments of a component.
+    #[inline(always)]
+    fn add(&mut self, d: usize, steps: [Pack<V>; B]) {
+        for (increment, step) in packs_mut(&mut self.increments[d]).iter_mut().zip(steps) {
+            *increment = *increment + step;
+        }
+        self.note(d, steps);
+    }
+
+    /// Sets the increments of a component.
+    #[inline(always)]
+    fn set(&mut self, d: usize, new: [Pack<V>; B]) {
+        let increments = packs_mut::<V>(&mut self.increments[d]);
+        let steps = blocks(|b| new[b] - increments[b]);
+        increments.copy_from_slice(&new);
+        self.note(d, steps);
+    }
+
+    #[inline(always)]
+    fn note(&mut self, d: usize, steps: [Pack<V>; B]) {
+        for step in steps {
+            self.largest = self.largest.max(step.abs() * self.counts[d]);
+            self.total = self.total + step;
+        }
+    }
+
+    /// Stages of components; by how much they moved.
+    #[inline(always)]
+    fn put<const C: usize>(&mut self, components: [usize; C]) -> [[Pack<V>; B]; C] {
+        let mut sums = [[Pack::splat(0.0); B]; C];
+        for (sums, d) in sums.iter_mut().zip(components) {
+            sums.copy_from_slice(packs(&self.increments[d]));
+        }
+        let mut sums = gather::<V, S, B, C>(self.mu, sums);
+        for (d, sums) in components.into_iter().zip(&mut sums) {
+            let (z, e) = (Pack::splat(self.z[d]), Pack::splat(self.e[d]));
             for b in 0..B {
-                let [re, im] = numbers::<V>(&column[b]);
-                steps[0][b] = steps[0][b] + re * x;
-                steps[1][b] = steps[1][b] + im * y;
+                let stage = &mut self.stages[b][d];
+                let new = z + (e + sums[b]);
+                sums[b] = new - *stage;
+                *stage = new;
             }
         }
-        add(gauss, d, std::array::from_fn::<_, B, _>(|b| steps[0][b] - steps[1][b]), change);
+        sums
     }
 }
 
-/// Increments of an oscillator's momentum, its displacement eliminated.
+/// A pack a block.
 #[inline(always)]
-fn turn<V: Lanes, const S: usize, const B: usize>(
-    gauss: &mut Gauss,
-    pair: &Oscillator,
-    change: &mut Change<V>,
-) {
-    let hb = blocks::<V, B>(&gauss.weights);
-    let (of_x, mut of_p) = (left::<V, B>(gauss, pair.x), left::<V, B>(gauss, pair.p));
-    let size = of_x.iter().fold(Pack::<V>::splat(0.0), |size, x| size.max(x.abs()));
-    if (size * gauss.counts[pair.x]).largest() > SLIGHT {
-        packs_mut::<V>(&mut gauss.left).copy_from_slice(&of_x);
-        let [moved] = sums::<V, S, B, 1>(&gauss.columns.mu, &gauss.left, 1, [0], &mut gauss.spare);
-        for b in 0..B {
-            of_p[b] = of_p[b] + pair.to_p * (hb[b] * moved[b]);
-        }
+fn blocks<V: Lanes, const B: usize>(of: impl Fn(usize) -> Pack<V>) -> [Pack<V>; B] {
+    let mut packs = [Pack::splat(0.0); B];
+    for (b, pack) in packs.iter_mut().enumerate() {
+        *pack = of(b);
     }
-    packs_mut::<V>(&mut gauss.left).copy_from_slice(&of_p);
-    let [steps] = sums::<V, S, B, 1>(&pair.inverse, &gauss.left, 1, [0], &mut gauss.spare);
-    add(gauss, pair.p, steps, change);
+    packs
 }
 
-/// Increments of an oscillator's displacement, as far as its momentum has moved.
+/// Block by block.
 #[inline(always)]
-fn swing<V: Lanes, const B: usize>(gauss: &mut Gauss, pair: &Oscillator, change: &mut Change<V>) {
-    let (m, hb) = (gauss.z.len(), blocks::<V, B>(&gauss.weights));
-    for b in 0..B {
-        let moved = packs::<V>(&gauss.moved)[m * b + pair.p];
-        let L = &mut packs_mut::<V>(&mut gauss.increments)[m * b + pair.x];
-        let new = hb[b] * (packs::<V>(&gauss.rates)[m * b + pair.x] + pair.to_x * moved);
-        change.note(new - *L, gauss.counts[pair.x]);
-        *L = new;
-    }
-}
-
-/// Stages of a component.
-#[inline(always)]
-fn put<V: Lanes, const B: usize, const MOVED: bool>(
-    gauss: &mut Gauss,
-    d: usize,
-    sums: [Pack<V>; B],
-) {
-    let m = gauss.z.len();
-    let (z, e) = (Pack::splat(gauss.z[d]), Pack::splat(gauss.e[d]));
-    for (b, sum) in sums.into_iter().enumerate() {
-        let Z = &mut packs_mut::<V>(&mut gauss.stages)[m * b + d];
-        let new = z + (e + sum);
-        if MOVED {
-            packs_mut::<V>(&mut gauss.moved)[m * b + d] = new - *Z;
-        }
-        *Z = new;
-    }
-}
-
-/// The packs of as many blocks.
-#[inline(always)]
-fn blocks<V: Lanes, const B: usize>(memory: &[Eight]) -> [Pack<V>; B] {
-    *packs::<V>(memory).first_chunk().expect("a pack a block")
-}
-
-/// `sum of columns_j x_j` for C of m components; even and odd terms apart, so that additions overlap.
-///
-/// They go through memory: compilers else put each off to where it is wanted, one chain after another.
-#[inline(always)]
-pub fn sums<V: Lanes, const S: usize, const B: usize, const C: usize>(
-    columns: &[Eight],
-    x: &[Eight],
-    m: usize,
-    components: [usize; C],
-    spare: &mut [Eight; 4],
-) -> [[Pack<V>; B]; C] {
-    let mut even = [[Pack::<V>::splat(0.0); B]; C];
-    let mut odd = even;
-    let columns = columns.as_chunks::<B>().0.first_chunk::<S>().expect("a column a stage");
-    for block in 0..B {
-        let x = components.map(|d| &x[m * block + d].0);
-        let (first, count) = (8 * block, (S - 8 * block).min(8));
-        for at in 0..count / 2 {
-            let (i, j) = (2 * at, 2 * at + 1);
-            add_column::<V, B, C>(&mut even, &columns[first + i], x.map(|x| x[i]));
-            add_column::<V, B, C>(&mut odd, &columns[first + j], x.map(|x| x[j]));
-        }
-        if count % 2 == 1 {
-            add_column::<V, B, C>(&mut even, &columns[S - 1], x.map(|x| x[count - 1]));
-        }
-    }
-    let spare = packs_mut::<V>(spare);
-    for c in 0..C {
-        for b in 0..B {
-            spare[B * c + b] = even[c][b] + odd[c][b];
-        }
-    }
-    std::array::from_fn(|c| std::array::from_fn(|b| spare[B * c + b]))
+fn split<T, const B: usize>(all: &[T], m: usize) -> [&[T]; B] {
+    std::array::from_fn(|b| &all[m * b..][..m])
 }
 
 #[inline(always)]
-fn add_column<V: Lanes, const B: usize, const C: usize>(
-    sums: &mut [[Pack<V>; B]; C],
-    column: &[Eight; B],
-    x: [f64; C],
-) {
-    let column: [Pack<V>; B] = blocks(column);
-    for (sum, x) in sums.iter_mut().zip(x.map(Pack::splat)) {
-        for (sum, column) in sum.iter_mut().zip(column) {
-            *sum = column.mul_add(x, *sum);
-        }
-    }
+fn split_mut<T, const B: usize>(all: &mut [T], m: usize) -> [&mut [T]; B] {
+    let mut blocks = all.chunks_exact_mut(m);
+    std::array::from_fn(|_| blocks.next().expect("m components a block"))
 }
 
 /// Rates of the last step, extrapolated, but for what the linear part adds to those at the state.
@@ -271,16 +244,18 @@ impl<const S: usize, const B: usize> Body for Ahead<'_, S, B> {
     fn run<V: Lanes>(self) {
         let Ahead(gauss, history) = self;
         let m = gauss.z.len();
-        for d in 0..m {
-            let [sums] =
-                sums::<V, S, B, 1>(&gauss.columns.ahead, history, m, [d], &mut gauss.spare);
-            for (b, sum) in sums.into_iter().enumerate() {
-                packs_mut::<V>(&mut gauss.rates)[m * b + d] = sum;
+        let ahead = matrix::<S, B>(&gauss.columns.ahead);
+        let rates = split_mut::<_, B>(packs_mut::<V>(&mut gauss.rates), m);
+        for (d, history) in packs(history).as_chunks().0[..m].iter().enumerate() {
+            let [sums] = product([ahead], [*history]);
+            for b in 0..B {
+                rates[b][d] = sums[b];
             }
         }
+        let mut stages = split_mut::<_, B>(packs_mut::<V>(&mut gauss.stages), m);
         for pair in &gauss.part.oscillators {
-            for b in 0..B {
-                packs_mut::<V>(&mut gauss.stages)[m * b + pair.p] = Pack::splat(gauss.z[pair.p]);
+            for stages in &mut stages {
+                stages[pair.p] = Pack::splat(gauss.z[pair.p]);
             }
         }
     }
@@ -295,16 +270,16 @@ impl Body for Remainder<'_> {
     #[inline(always)]
     fn run<V: Lanes>(self) {
         let Remainder(gauss, history) = self;
-        let m = gauss.z.len();
-        for b in 0..gauss.blocks {
+        let (m, B) = (gauss.z.len(), gauss.blocks);
+        for b in 0..B {
             let stages = &packs::<V>(&gauss.stages)[m * b..][..m];
             let reciprocals = packs::<V>(&gauss.reciprocals)[b];
             for d in 0..m {
-                let mut rest = packs::<V>(&gauss.increments)[m * b + d] * reciprocals;
+                let mut rest = packs::<V>(&gauss.increments)[B * d + b] * reciprocals;
                 for (j, a) in &gauss.part.rows[d] {
                     rest = rest - *a * (stages[*j] - gauss.next[*j]);
                 }
-                packs_mut::<V>(history)[m * b + d] = rest;
+                packs_mut::<V>(history)[B * d + b] = rest;
             }
         }
     }

@@ -22,9 +22,10 @@ pub struct Oscillator {
     pub x: usize,
     pub p: usize,
     pub to_x: f64,
-    pub to_p: f64,
     /// Columns of `(I - h^2 to_x to_p (b mu)^2)^-1`, a pack a block each.
     pub inverse: Vec<Eight>,
+    /// Columns of this times `h to_p b mu`: what is left of x' in that of p'.
+    pub from_x: Vec<Eight>,
 }
 
 /// A constant matrix, and what it makes of the equations of the stages.
@@ -139,19 +140,23 @@ impl Oscillator {
         if to != p || from != x {
             return None;
         }
-        let mut inverse = vec![Eight::ZERO; columns.mu.len()];
+        let zeros = || vec![Eight::ZERO; columns.forward.len() * columns.blocks];
+        let (mut inverse, mut from_x) = (zeros(), zeros());
         let square = h * h * to_x * to_p;
-        if !dispatch(Inverse { columns, square, out: &mut inverse }) {
+        if !dispatch(Inverse { columns, square, factor: None, out: &mut inverse })
+            || !dispatch(Inverse { columns, square, factor: Some(h * to_p), out: &mut from_x })
+        {
             return None;
         }
-        Some(Oscillator { x, p, to_x, to_p, inverse })
+        Some(Oscillator { x, p, to_x, inverse, from_x })
     }
 }
 
-/// Columns of `(I - square (b mu)^2)^-1`; whether they are finite.
+/// Columns of `(I - square (b mu)^2)^-1`, or of it times `factor b mu`; whether they are finite.
 struct Inverse<'a> {
     columns: &'a Columns,
     square: f64,
+    factor: Option<f64>,
     out: &'a mut [Eight],
 }
 
@@ -160,12 +165,15 @@ impl Body for Inverse<'_> {
 
     #[inline(always)]
     fn run<V: Lanes>(self) -> bool {
-        let Inverse { columns, square, out } = self;
+        let Inverse { columns, square, factor, out } = self;
         let values = numbers::<V>(&columns.values);
         let [re, im] = times(values, values).map(|part| part * square);
         let re = 1.0 - re;
         let size = re * re + im * im;
-        let divisor = [re / size, im / size];
+        let mut divisor = [re / size, im / size];
+        if let Some(factor) = factor {
+            divisor = times(divisor, values.map(|part| part * factor));
+        }
         for (forward, column) in columns.forward.iter().zip(out.chunks_exact_mut(columns.blocks)) {
             let mut lanes = ZERO;
             put(&mut lanes, times(numbers::<V>(forward), divisor));

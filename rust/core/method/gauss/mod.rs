@@ -7,9 +7,8 @@ mod iteration;
 mod linear_part;
 mod stages;
 
-pub use self::columns::{Columns, weights};
+pub use self::columns::{Columns, matrix, product, weights};
 pub use self::ending::{Changes, Ending, ROUNDOFF, count, ending};
-pub use self::iteration::sums;
 pub use self::stages::Gauss;
 use super::{Bound, MethodInfo, Needs, Options, Step};
 use crate::error::Result;

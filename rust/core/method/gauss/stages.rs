@@ -34,7 +34,8 @@ const NOTHING: f64 = 1e-20;
 /// Iterations after which it is asked whether a Jacobian would be cheaper.
 const PATIENCE: u32 = 8;
 
-/// Method and memory. Stages lie in blocks of eight lanes: component d of block b at `b m + d`.
+/// Method and memory. Stages lie in blocks of eight lanes: component d of block b at `b m + d` of
+/// `stages` and `rates`, as systems want them, and at `d blocks + b` of `increments`.
 pub struct Gauss {
     name: &'static str,
     h: f64,
@@ -52,8 +53,6 @@ pub struct Gauss {
     pub(super) stages: Vec<Eight>,
     pub(super) increments: Vec<Eight>,
     pub(super) rates: Vec<Eight>,
-    /// By how much the stages moved last.
-    pub(super) moved: Vec<Eight>,
     /// The state, its remainder, and by how much a change of each component counts.
     pub(super) z: Vec<f64>,
     pub(super) e: Vec<f64>,
@@ -65,8 +64,6 @@ pub struct Gauss {
     terms: Vec<f64>,
     /// In eigenvectors, of one group.
     pub(super) turned: Vec<[Eight; 2]>,
-    pub(super) left: Vec<Eight>,
-    pub(super) spare: [Eight; 4],
     scratch: Vec<f64>,
 }
 
@@ -98,15 +95,12 @@ impl Gauss {
             weights: lanes(s, |i| hb[i]),
             reciprocals: lanes(s, |i| 1.0 / hb[i]),
             turned: vec![[Eight::ZERO; 2]; m],
-            left: zeros(blocks),
-            spare: [Eight::ZERO; 4],
             given: system.linear().is_some(),
             part,
             times: zeros(blocks),
             stages: zeros(blocks * m),
             increments: zeros(blocks * m),
             rates: zeros(blocks * m),
-            moved: zeros(blocks * m),
             z: vec![0.0; m],
             e: vec![0.0; m],
             counts: vec![0.0; m],
@@ -211,8 +205,9 @@ impl Gauss {
     fn weigh(&mut self) -> usize {
         let m = self.z.len();
         for d in 0..m {
-            let last = self.increments[m * (self.blocks - 1) + d].0[0];
-            let size = self.z[d].abs().max(last.abs()).max(self.increments[d].0[0].abs());
+            let blocks = &self.increments[self.blocks * d..][..self.blocks];
+            let size =
+                blocks.iter().fold(self.z[d].abs(), |size, block| size.max(block.0[0].abs()));
             self.counts[d] = size.max(self.terms[d]);
         }
         count(&mut self.counts, 1e-6)
@@ -320,8 +315,8 @@ impl Stepper<dyn Flow> for Gauss {
         self.solve(system, t, known, &mut stiff, work).map_err(|error| error.in_step(k))?;
         for d in 0..m {
             let mut sum = 0.0;
-            for b in (0..self.blocks).rev() {
-                sum += Lanes::sum(self.increments[m * b + d].0);
+            for block in self.increments[self.blocks * d..][..self.blocks].iter().rev() {
+                sum += Lanes::sum(block.0);
             }
             self.next[d] = self.z[d];
             add_compensated(&mut self.next[d], &mut self.e[d], sum);
