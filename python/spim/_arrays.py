@@ -10,7 +10,7 @@ PIECE = 1 << 16
 
 def finite(name, given, shape=None):
     """Real, finite doubles, of one shape if it is given."""
-    if np.ma.is_masked(given):
+    if isinstance(given, np.ma.MaskedArray) and np.ma.is_masked(given):
         raise ValueError(f"{name}: has masked entries; fill them first")
     try:
         array = np.asarray(given)

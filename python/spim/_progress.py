@@ -4,9 +4,11 @@ import contextlib
 import sys
 
 
-@contextlib.contextmanager
+NOBODY = contextlib.nullcontext()
+
+
 def reporter(progress):
-    """The function to call as ``report(fraction, t)``, or None.
+    """A context: the function to call as ``report(fraction, t)``, or None.
 
     Parameters
     ----------
@@ -14,14 +16,12 @@ def reporter(progress):
         True: a bar by tqdm if it is installed, else a plain line on the standard error.
     """
     if progress is None or progress is False:
-        yield None
-    elif callable(progress):
-        yield progress
-    elif progress is True:
-        with _bar() as report:
-            yield report
-    else:
-        raise TypeError(f"progress: must be a bool or callable, got {type(progress).__name__}")
+        return NOBODY
+    if callable(progress):
+        return contextlib.nullcontext(progress)
+    if progress is True:
+        return _bar()
+    raise TypeError(f"progress: must be a bool or callable, got {type(progress).__name__}")
 
 
 @contextlib.contextmanager
