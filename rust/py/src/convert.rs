@@ -4,7 +4,7 @@ use numpy::{PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyUntypedArrayMetho
 use pyo3::exceptions::{PyMemoryError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyModule, PyString};
+use pyo3::types::{PyList, PyModule, PyString, PyTuple};
 use spim::linalg::dense::is_finite;
 
 /// An array of doubles in C order and native byte order.
@@ -34,9 +34,14 @@ pub fn numbers<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Numbers<'
     }
     let py = given.py();
     let numpy = numpy(py)?;
-    let masked = numpy.getattr("ma")?.getattr("MaskedArray")?;
-    if given.is_instance(&masked)? && given.getattr("mask")?.call_method0("any")?.extract()? {
-        return Err(PyValueError::new_err(format!("{name}: has masked entries; fill them first")));
+    let plain = given.is_exact_instance_of::<PyTuple>() || given.is_exact_instance_of::<PyList>();
+    if !plain {
+        let masked = numpy.getattr("ma")?.getattr("MaskedArray")?;
+        if given.is_instance(&masked)? && given.getattr("mask")?.call_method0("any")?.extract()? {
+            return Err(PyValueError::new_err(format!(
+                "{name}: has masked entries; fill them first"
+            )));
+        }
     }
     let array = numpy.call_method1("asarray", (given,)).map_err(|error| {
         match error.is_instance_of::<PyValueError>(py) {
@@ -44,6 +49,11 @@ pub fn numbers<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Numbers<'
             false => error,
         }
     })?;
+    if let Ok(array) = array.cast_exact::<PyArrayDyn<f64>>()
+        && array.is_c_contiguous()
+    {
+        return Ok(Numbers::Real(array.clone()));
+    }
     let dtype = array.getattr("dtype")?;
     let kind: String = dtype.getattr("kind")?.extract()?;
     let contiguous = |part: Bound<'py, PyAny>| -> PyResult<Doubles<'py>> {

@@ -76,10 +76,12 @@ impl<V: Lanes, const S: usize, const B: usize> All<'_, V, S, B> {
     /// Components without a linear part: their increments are what the rates say.
     #[inline(always)]
     fn follow<const C: usize>(&mut self, components: [usize; C]) {
-        for d in components {
-            self.set(d, blocks(|b| self.weights[b] * self.rates[b][d]));
+        let mut new = [[Pack::splat(0.0); B]; C];
+        for (new, d) in new.iter_mut().zip(components) {
+            *new = blocks(|b| self.weights[b] * self.rates[b][d]);
+            self.set(d, *new);
         }
-        self.put(components);
+        self.put(components, new);
     }
 
     /// A group: what is left of its equations, divided in eigenvectors.
@@ -119,8 +121,8 @@ impl<V: Lanes, const S: usize, const B: usize> All<'_, V, S, B> {
                     steps[1][b] = steps[1][b] + im * y;
                 }
             }
-            self.add(d, blocks(|b| steps[0][b] - steps[1][b]));
-            self.put([d]);
+            let new = self.add(d, blocks(|b| steps[0][b] - steps[1][b]));
+            self.put([d], [new]);
         }
     }
 
@@ -147,15 +149,16 @@ impl<V: Lanes, const S: usize, const B: usize> All<'_, V, S, B> {
                 }
             }
         }
-        for (pair, steps) in pairs.iter().zip(steps) {
-            self.add(pair.p, steps);
+        for (steps, p) in steps.iter_mut().zip(ps) {
+            *steps = self.add(p, *steps);
         }
-        let moved = self.put(ps);
-        for (pair, moved) in pairs.iter().zip(moved) {
-            let new = blocks(|b| self.weights[b] * (self.rates[b][pair.x] + pair.to_x * moved[b]));
-            self.set(pair.x, new);
+        let mut moved = self.put(ps, steps);
+        for (pair, moved) in pairs.iter().zip(&mut moved) {
+            let rates: [_; B] = blocks(|b| self.rates[b][pair.x] + pair.to_x * moved[b]);
+            *moved = blocks(|b| self.weights[b] * rates[b]);
+            self.set(pair.x, *moved);
         }
-        self.put(xs);
+        self.put(xs, moved);
     }
 
     /// What is left of the equations of a component.
@@ -165,13 +168,14 @@ impl<V: Lanes, const S: usize, const B: usize> All<'_, V, S, B> {
         blocks(|b| self.weights[b] * self.rates[b][d] - increments[b])
     }
 
-    /// Adds to the increments of a component.
+    /// Adds to the increments of a component; what they are then.
     #[inline(always)]
-    fn add(&mut self, d: usize, steps: [Pack<V>; B]) {
-        for (increment, step) in packs_mut(&mut self.increments[d]).iter_mut().zip(steps) {
-            *increment = *increment + step;
-        }
+    fn add(&mut self, d: usize, steps: [Pack<V>; B]) -> [Pack<V>; B] {
+        let increments = packs_mut::<V>(&mut self.increments[d]);
+        let new = blocks(|b| increments[b] + steps[b]);
+        increments.copy_from_slice(&new);
         self.note(d, steps);
+        new
     }
 
     /// Sets the increments of a component.
@@ -191,14 +195,14 @@ impl<V: Lanes, const S: usize, const B: usize> All<'_, V, S, B> {
         }
     }
 
-    /// Stages of components; by how much they moved.
+    /// Stages of components with these increments; by how much they moved.
     #[inline(always)]
-    fn put<const C: usize>(&mut self, components: [usize; C]) -> [[Pack<V>; B]; C] {
-        let mut sums = [[Pack::splat(0.0); B]; C];
-        for (sums, d) in sums.iter_mut().zip(components) {
-            sums.copy_from_slice(packs(&self.increments[d]));
-        }
-        let mut sums = gather::<V, S, B, C>(self.mu, sums);
+    fn put<const C: usize>(
+        &mut self,
+        components: [usize; C],
+        increments: [[Pack<V>; B]; C],
+    ) -> [[Pack<V>; B]; C] {
+        let mut sums = gather::<V, S, B, C>(self.mu, increments);
         for (d, sums) in components.into_iter().zip(&mut sums) {
             let (z, e) = (Pack::splat(self.z[d]), Pack::splat(self.e[d]));
             for b in 0..B {
