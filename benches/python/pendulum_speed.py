@@ -31,6 +31,8 @@ STEPS = {
     16: (36, 40, 45, 50, 55, 60, 65, 70, 75, 80, 90, 100),
 }
 GAUSS = ("gauss16", "gauss24", "gauss32")
+# When iterations end.
+ENDINGS = ("minimal", "tolerance", *(("tolerance", 10.0**k) for k in (-15, -14, -13, -12, -11)))
 TOLERANCES = (1e-9, 1e-10, 1e-11, 1e-12, 1e-13, 1e-14, 1e-15, 2.0**-52)
 BOUNDS = (2e-14, 1e-12)
 # Larger errors are no rows.
@@ -42,6 +44,11 @@ def stages(name):
     return int(name[name.index("gauss") + len("gauss") :]) // 2
 
 
+def said(ending):
+    """An ending in words."""
+    return ending if isinstance(ending, str) else f"{ending[0]} {ending[1]:.0e}"
+
+
 def own_cases():
     """(kind, label, setting, run, seconds to compile) of spim's methods."""
     for record in spim.methods():
@@ -51,10 +58,10 @@ def own_cases():
         # Fewer stages never get there.
         if stages(name) not in STEPS:
             continue
-        endings = ("minimal", "tolerance") if "roundoff" in record.options else (None,)
+        endings = ENDINGS if "roundoff" in record.options else (None,)
         for ending, steps in itertools.product(endings, STEPS[stages(name)]):
             options = {} if ending is None else {"roundoff": ending}
-            label = name if ending is None else f"{name}, {ending}"
+            label = name if ending is None else f"{name}, {said(ending)}"
             kind = "spim, drift-free" if ending == "minimal" else "spim"
             yield kind, label, f"{steps} steps", ours(name, steps, **options), 0.0
 

@@ -37,8 +37,29 @@ def test_roundoff_is_an_option(method):
     ]
     # The same equations, solved to rounding and to somewhat more.
     assert np.abs(ends[0] - ends[1]).max() <= 1e-13
-    with pytest.raises(ValueError, match="roundoff"):
-        spim.integrate(system, z0, (0.0, 5.0), 0.05, method=method, roundoff="none")
+    for wrong in ("none", 1e-13, ("minimal", 1e-13), ("tolerance", 0.0), ("tolerance", 1e-3)):
+        with pytest.raises(ValueError, match="roundoff: "):
+            spim.integrate(system, z0, (0.0, 5.0), 0.05, method=method, roundoff=wrong)
+
+
+@pytest.mark.parametrize("method", ["gauss16", "lawson_gauss8"])
+def test_a_tolerance_of_iterations_is_an_error_a_step_and_saves_iterations(method):
+    system, z0 = models.CompoundPendulum(), [0.1, 0.5, 0.0, 0.0]
+
+    def run(roundoff):
+        return spim.integrate(
+            system, z0, (0.0, 5.0), 0.05, method=method, every=100, roundoff=roundoff
+        )
+
+    exact = run("minimal")
+    work = [exact.stats["evaluations"]]
+    for tolerance in (1e-16, 1e-12, 1e-8):
+        found = run(("tolerance", tolerance))
+        assert np.abs(found.z[-1] - exact.z[-1]).max() <= 1e-14 + 100 * tolerance
+        assert (np.abs(found.z[-1] - exact.z[-1]).max() >= 1e-11) == (tolerance == 1e-8)
+        work.append(found.stats["evaluations"])
+    assert work == sorted(work, reverse=True) and len(set(work)) == 4
+    assert (run(("tolerance", 1e-16)).z[-1] == run("tolerance").z[-1]).all()
 
 
 def test_eavf_keeps_the_energy_at_steps_beyond_every_resonance():

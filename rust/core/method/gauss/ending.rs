@@ -1,7 +1,8 @@
 //! When iterations over stages end.
 
 use crate::error::{Error, Result};
-use crate::method::{OptionInfo, Options};
+use crate::method::options::wrong;
+use crate::method::{OptionInfo, Options, Value};
 
 /// Change, in parts of the state, below which one that does not shrink is rounding.
 pub const SMALL: f64 = 1e-11;
@@ -20,28 +21,43 @@ const TINY: f64 = 1e-290;
 pub enum Ending {
     /// Where nothing changes any more: no drift.
     Rounding,
-    /// Where the next change would be below rounding: faster, with a drift that 1e6 steps show.
-    Tolerance,
+    /// Where the next change, in parts of the state, would be below this: faster, with a drift that
+    /// 1e6 steps show.
+    Tolerance(f64),
 }
+
+/// The largest tolerance there is.
+const LOOSEST: f64 = 1e-6;
 
 /// The option `roundoff`.
 pub const ROUNDOFF: OptionInfo = OptionInfo {
     name: "roundoff",
     doc: "\"minimal\" (default): iterates until nothing changes, no drift; \"tolerance\": until the \
-          next change is below rounding, faster, with a drift that 1e6 steps show",
+          next change is below rounding, faster, with a drift that 1e6 steps show; (\"tolerance\", \
+          1e-13): until it is below that part of the state",
 };
 
 /// What the option says.
 ///
 /// # Errors
-/// [`Error::Argument`] for another word.
+/// [`Error::Argument`] for another word, a tolerance that is not positive or above 1e-6.
 pub fn ending(options: &Options) -> Result<Ending> {
-    match options.text("roundoff")? {
-        None | Some("minimal") => Ok(Ending::Rounding),
-        Some("tolerance") => Ok(Ending::Tolerance),
-        Some(other) => Err(Error::argument(format!(
-            "roundoff: must be 'minimal' or 'tolerance', got '{other}'"
-        ))),
+    match options.value("roundoff") {
+        None => Ok(Ending::Rounding),
+        Some(Value::Text(word)) if word == "minimal" => Ok(Ending::Rounding),
+        Some(Value::Text(word)) if word == "tolerance" => Ok(Ending::Tolerance(ROUNDING)),
+        Some(Value::Named(word, limit)) if word == "tolerance" => {
+            if !(*limit > 0.0 && *limit <= LOOSEST) {
+                return Err(Error::argument(format!(
+                    "roundoff: the tolerance is a part of the state, positive and {LOOSEST:e} at \
+                     most, got {limit}"
+                )));
+            }
+            Ok(Ending::Tolerance(limit.max(ROUNDING)))
+        }
+        Some(other) => {
+            Err(wrong("roundoff", "'minimal', 'tolerance' or ('tolerance', number)", other))
+        }
     }
 }
 
@@ -80,8 +96,11 @@ impl Changes {
         self.last = change;
         let at_rest =
             (self.rate >= 1.0 && change <= SMALL) || (self.in_vain >= 3 && change <= NOISE);
-        let near =
-            compared && self.ending == Ending::Tolerance && change * self.rate.min(1.0) <= ROUNDING;
+        let near = compared
+            && match self.ending {
+                Ending::Rounding => false,
+                Ending::Tolerance(limit) => change * self.rate.min(1.0) <= limit,
+            };
         change <= self.nothing || at_rest || near
     }
 }
