@@ -1,6 +1,6 @@
 //! Matrices as unevaluated sums `hi + lo` of two matrices of doubles: 106 bits.
 
-use super::dense::{LONG, Watch, panel_columns};
+use super::dense::{self, Watch};
 use super::kernel::{
     Combinations, Depth, Eight, Layout, PairProduct, Slices, SmallPairProduct, dispatch,
     doubles_mut, slice_bits,
@@ -93,13 +93,11 @@ impl<'a> PairEngine<'a> {
         let a = [&*self.left[0], &*self.left[1], &*self.left[2]];
         let slices = self.right.each_ref().map(|slice| &**slice);
         let whole = c.hi.len();
-        let panel = match layout.rows {
-            LONG.. => layout.packs(panel_columns(layout.rows)),
-            _ => whole,
-        };
+        let long = layout.rows >= LONG;
+        let panel = if long { layout.packs(columns_between_looks(layout.rows)) } else { whole };
         let mut from = 0;
         while from < whole {
-            if from > 0 {
+            if long {
                 watch()?;
             }
             let to = whole.min(from + panel);
@@ -118,6 +116,14 @@ impl<'a> PairEngine<'a> {
         }
         Ok(())
     }
+}
+
+/// Rows from which a product takes long enough to look outside: a product of pairs is some of doubles.
+const LONG: usize = dense::LONG / 4;
+
+/// Columns that are multiplied between two looks outside.
+fn columns_between_looks(rows: usize) -> usize {
+    (dense::panel_columns(rows) / 2).next_multiple_of(24)
 }
 
 /// `outs[k] = sum of c[k][i] X[i]`, coefficients pairs too.
@@ -152,6 +158,33 @@ pub fn add_transpose(layout: Layout, [hi, lo]: [&mut [Eight]; 2]) {
             let sum = twofold::sum([hi[here], lo[here]], [hi[there], lo[there]]);
             [hi[here], lo[here]] = sum;
             [hi[there], lo[there]] = sum;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::Error;
+
+    #[test]
+    fn products_that_take_long_look_outside_and_end_where_that_fails() {
+        for (rows, looks) in [(LONG - 1, false), (LONG, true), (500, true)] {
+            let layout = Layout::new(rows);
+            let packs = layout.packs(rows);
+            let (a, mut hi, mut lo) =
+                (vec![Eight([0.5; 8]); packs], vec![Eight::ZERO; packs], vec![Eight::ZERO; packs]);
+            let zero = vec![Eight::ZERO; packs];
+            let mut memory = vec![Eight::ZERO; packs * PairEngine::pieces(Depth::Two)];
+            let mut engine = PairEngine::new(layout, Depth::Two, &mut memory);
+            let x = Pair { hi: &a, lo: &zero };
+            let mut seen = 0;
+            let done =
+                engine.multiply(x, x, None, &mut PairMut { hi: &mut hi, lo: &mut lo }, &mut || {
+                    seen += 1;
+                    if rows == 500 { Err(Error::argument("enough")) } else { Ok(()) }
+                });
+            assert_eq!((seen > 0, done.is_err()), (looks, rows == 500), "{rows}");
         }
     }
 }
