@@ -21,6 +21,10 @@ WORK = {
     "expm, 3000 x 3000, pade": ("normal(3000, 3000)", "spim.expm(x, method='pade')"),
     "expm, 4 million 6 x 6": ("normal(4_000_000, 6, 6)", "spim.expm(x)"),
     "Propagator, 2000 states": ("chain(2000)", "spim.Propagator(x, 1.0, correction='polish')"),
+    "Propagator, 1000 separable states, thrice": (
+        "chain(1000)",
+        "[spim.Propagator(x, 1.0) for _ in range(3)]",
+    ),
     "phi, 1 million 6 x 6": ("normal(1_000_000, 6, 6)", "spim.phi(x, 4)"),
     "energy, 3000 states of 2000": (
         "(spim.LinearSystem(chain(2000)), normal(3000, 2000))",

@@ -3,7 +3,6 @@
 import contextlib
 import sys
 
-
 NOBODY = contextlib.nullcontext()
 
 

@@ -58,7 +58,8 @@ def test_a_tolerance_of_iterations_is_an_error_a_step_and_saves_iterations(metho
         assert np.abs(found.z[-1] - exact.z[-1]).max() <= 1e-14 + 100 * tolerance
         assert (np.abs(found.z[-1] - exact.z[-1]).max() >= 1e-11) == (tolerance == 1e-8)
         work.append(found.stats["evaluations"])
-    assert work == sorted(work, reverse=True) and len(set(work)) == 4
+    assert work == sorted(work, reverse=True)
+    assert len(set(work)) == 4
     assert (run(("tolerance", 1e-16)).z[-1] == run("tolerance").z[-1]).all()
 
 
