@@ -62,7 +62,7 @@ impl<'a> PairEngine<'a> {
         PairEngine { layout, depth, bits: slice_bits(layout.rows), left, right }
     }
 
-    /// `C = A B (+ alpha D)`, `alpha` a power of two. Large products look outside in between.
+    /// `C = A B (+ alpha D)`, `alpha` a power of two. Large products look outside, from [`LONG`] rows on.
     pub fn multiply(
         &mut self,
         a: Pair,
@@ -118,7 +118,8 @@ impl<'a> PairEngine<'a> {
     }
 }
 
-/// Rows from which a product takes long enough to look outside: a product of pairs is some of doubles.
+/// Rows from which a product takes long enough to look outside: one of pairs is as much work as several
+/// of doubles.
 const LONG: usize = dense::LONG / 4;
 
 /// Columns that are multiplied between two looks outside.

@@ -16,6 +16,8 @@ pub enum Value {
     Numbers(Vec<f64>),
     /// A word and a number.
     Named(String, f64),
+    /// What no option can have, in words.
+    Other(String),
 }
 
 /// An option in a record.
@@ -138,6 +140,7 @@ pub fn wrong(name: &str, wanted: &str, got: &Value) -> Box<Error> {
         },
         Value::Numbers(x) => format!("{x:?}"),
         Value::Named(word, x) => format!("('{word}', {x})"),
+        Value::Other(words) => words.clone(),
     };
     Error::argument(format!("{name}: must be {wanted}, got {got}"))
 }

@@ -5,7 +5,8 @@ use std::sync::OnceLock;
 use crate::linalg::kernel::{Eight, Lanes, Pack, doubles_mut, packs};
 use crate::tableau::Collocation;
 
-/// Columns of a table's matrices, a pack a block of eight stages each.
+/// Columns of a table's matrices, a pack a block of eight stages each. Stages are in their order; of 16
+/// of them the second block mirrors the first, from the last one to the middle.
 pub struct Columns {
     /// Blocks of stages.
     pub blocks: usize,
@@ -40,7 +41,7 @@ impl Columns {
             (0..s).flat_map(|j| lanes(s, |i| matrix[s * i + stage(s, j)])).collect()
         };
         let forward = (0..s).map(|j| {
-            let part = |of: &[f64]| lanes(pairs, |k| of[s * k + stage(s, j)])[0];
+            let part = |of: &[f64]| eight(pairs, |k| of[s * k + stage(s, j)]);
             [part(table.forward_real), part(table.forward_imaginary)]
         });
         let backward = (0..pairs).flat_map(|k| {
@@ -63,18 +64,23 @@ impl Columns {
     }
 }
 
-/// The stage of a lane: of 16 stages the second block mirrors the first.
+/// The stage of a lane.
 fn stage(s: usize, lane: usize) -> usize {
     if s == 16 && lane >= 8 { 23 - lane } else { lane }
 }
 
-/// Numbers of stages in packs, zero where there is none.
-pub fn lanes(len: usize, of: impl Fn(usize) -> f64) -> Vec<Eight> {
-    let mut packs = vec![Eight::ZERO; len.div_ceil(8)];
-    for (i, lane) in doubles_mut(&mut packs)[..len].iter_mut().enumerate() {
-        *lane = of(stage(len, i));
+/// Numbers of s stages in packs, zero where there is none.
+pub fn lanes(s: usize, of: impl Fn(usize) -> f64) -> Vec<Eight> {
+    let mut packs = vec![Eight::ZERO; s.div_ceil(8)];
+    for (i, lane) in doubles_mut(&mut packs)[..s].iter_mut().enumerate() {
+        *lane = of(stage(s, i));
     }
     packs
+}
+
+/// Some numbers in a pack, zero beyond.
+fn eight(len: usize, of: impl Fn(usize) -> f64) -> Eight {
+    Eight(std::array::from_fn(|i| if i < len { of(i) } else { 0.0 }))
 }
 
 /// Columns of `Q` and of `-Q'`, in turn: with `mu = 1/2 + [A B; -B -A]` of stages and their mirror images,

@@ -11,7 +11,7 @@ pub const SMALL: f64 = 1e-11;
 pub const NOISE: f64 = 1e-7;
 
 /// What rounding leaves of a change, about.
-pub const ROUNDING: f64 = 1e-16;
+const ROUNDING: f64 = 1e-16;
 
 /// Sizes whose reciprocals are no numbers any more are none.
 const TINY: f64 = 1e-290;
@@ -28,6 +28,16 @@ pub enum Ending {
 
 /// The largest tolerance there is.
 const LOOSEST: f64 = 1e-6;
+
+impl Ending {
+    /// The change, in parts of the state, that iterations are to come to.
+    pub fn least(self) -> f64 {
+        match self {
+            Ending::Rounding => ROUNDING,
+            Ending::Tolerance(limit) => limit,
+        }
+    }
+}
 
 /// The option `roundoff`.
 pub const ROUNDOFF: OptionInfo = OptionInfo {
@@ -50,7 +60,7 @@ pub fn ending(options: &Options) -> Result<Ending> {
             if !(*limit > 0.0 && *limit <= LOOSEST) {
                 return Err(Error::argument(format!(
                     "roundoff: the tolerance is a part of the state, positive and {LOOSEST:e} at \
-                     most, got {limit}"
+                     most, got {limit:e}"
                 )));
             }
             Ok(Ending::Tolerance(limit.max(ROUNDING)))
@@ -97,10 +107,8 @@ impl Changes {
         let at_rest =
             (self.rate >= 1.0 && change <= SMALL) || (self.in_vain >= 3 && change <= NOISE);
         let near = compared
-            && match self.ending {
-                Ending::Rounding => false,
-                Ending::Tolerance(limit) => change * self.rate.min(1.0) <= limit,
-            };
+            && self.ending != Ending::Rounding
+            && change * self.rate.min(1.0) <= self.ending.least();
         change <= self.nothing || at_rest || near
     }
 }

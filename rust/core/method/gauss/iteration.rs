@@ -130,7 +130,7 @@ impl<V: Lanes, const S: usize, const B: usize> All<'_, V, S, B> {
     /// have moved.
     #[inline(always)]
     fn swing<const C: usize>(&mut self, pairs: &[Oscillator; C]) {
-        // Checked before, so that nothing is put off until after a check.
+        // Checked at once: compilers put sums off until after later checks.
         let (xs, ps) = (pairs.each_ref().map(|pair| pair.x), pairs.each_ref().map(|pair| pair.p));
         assert!(xs.iter().chain(&ps).all(|d| *d < self.z.len()), "components of the system");
         let mut left = [[Pack::splat(0.0); B]; C];

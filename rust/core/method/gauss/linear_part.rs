@@ -39,10 +39,6 @@ pub struct LinearPart {
     pub oscillators: Vec<Oscillator>,
     /// Components without a linear part.
     pub free: Vec<usize>,
-    /// The momenta of oscillators, in their order.
-    pub momenta: Vec<usize>,
-    /// All but these.
-    pub last: Vec<usize>,
 }
 
 impl LinearPart {
@@ -68,15 +64,12 @@ impl LinearPart {
                 false => part.free.append(&mut group.members),
             }
         }
-        part.momenta = part.oscillators.iter().map(|pair| pair.p).collect();
-        part.last = (0..m).filter(|d| !part.momenta.contains(d)).collect();
         part
     }
 
     /// For a system without one.
     pub fn none(m: usize) -> LinearPart {
-        let (free, last) = ((0..m).collect(), (0..m).collect());
-        LinearPart { rows: vec![Vec::new(); m], free, last, ..LinearPart::default() }
+        LinearPart { rows: vec![Vec::new(); m], free: (0..m).collect(), ..LinearPart::default() }
     }
 
     /// Of another matrix, without a look at what it couples; in memory that is there from the second time
@@ -84,11 +77,9 @@ impl LinearPart {
     pub fn renew(&mut self, columns: &Columns, h: f64, matrix: &[f64], m: usize) {
         self.free.clear();
         self.oscillators.clear();
-        self.momenta.clear();
         if !matches!(&self.groups[..], [whole] if whole.members.len() == m) {
             self.groups = vec![Group::new((0..m).collect())];
             self.free.reserve(m);
-            self.last = (0..m).collect();
             for row in &mut self.rows {
                 row.reserve(m);
             }
@@ -331,7 +322,7 @@ mod tests {
         assert_eq!(pairs, [(0, 2)]);
         let members: Vec<_> = part.groups.iter().map(|group| group.members.clone()).collect();
         assert_eq!(members, [vec![1, 4]]);
-        assert_eq!((&part.free[..], &part.last[..]), (&[3][..], &[0, 1, 3, 4][..]));
+        assert_eq!(part.free, [3]);
         // (I - h v A)^-1 = [1, h v; 0, 1].
         let entry = part.groups[0].inverse[1].map(|part| part.0[1]);
         let v = [COLLOCATION6.values_real[1], COLLOCATION6.values_imaginary[1]];

@@ -11,7 +11,7 @@
 //! Algorithms 76 (2017).
 
 use super::columns::{Columns, lanes, weights};
-use super::ending::{Changes, Ending, NOISE, ROUNDING, SMALL, count};
+use super::ending::{Changes, Ending, NOISE, SMALL, count};
 use super::iteration::{Ahead, Correct, Remainder};
 use super::linear_part::LinearPart;
 use crate::error::Result;
@@ -34,7 +34,7 @@ const NOTHING: f64 = 1e-20;
 /// Iterations after which it is asked whether a Jacobian would be cheaper.
 const PATIENCE: u32 = 8;
 
-/// Method and memory. Stages lie in blocks of eight lanes: component d of block b at `b m + d` of
+/// Method and memory. Stages lie in blocks of eight lanes, in the order of [`Columns`]: component d of block b at `b m + d` of
 /// `stages` and `rates`, as systems want them, and at `d blocks + b` of `increments`.
 pub struct Gauss {
     name: &'static str,
@@ -141,8 +141,8 @@ impl Gauss {
         work: &mut Work,
     ) -> Result<()> {
         let m = self.z.len();
-        // Nothing is slight yet.
-        self.counts.fill(f64::INFINITY);
+        // Nothing is slight yet; infinity would make lanes without a stage no numbers.
+        self.counts.fill(f64::MAX);
         let Some(history) = history else {
             for b in 0..self.blocks {
                 for (stage, z) in self.stages[m * b..].iter_mut().zip(&self.z) {
@@ -250,7 +250,7 @@ impl Gauss {
             let rate = changes.rate;
             let lost = !change.is_finite() || (since > 2 && rate >= 1.0 && change > 1e-3);
             let slow = since >= PATIENCE && change > SMALL && {
-                let more = (ROUNDING / change).ln() / rate.ln();
+                let more = (self.ending.least() / change).ln() / rate.ln();
                 let jacobian = self.z.len() as f64 / self.s as f64;
                 !(0.0..=8.0 + jacobian).contains(&more)
             };
