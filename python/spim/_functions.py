@@ -135,7 +135,7 @@ class FlowSystem(_Called):
     vectorized : bool
         Functions (but Jacobians and Hessians) take many states at once: t (k,), z (m, k) -> (m, k).
         Implicit methods then make one call an iteration, of the stages alone. k differs from call
-        to call.
+        to call, and times are in no order.
 
     Notes
     -----

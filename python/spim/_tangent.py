@@ -70,10 +70,11 @@ def _last(run):
 
 
 def _walker(solution, z, t, h):
-    chosen = coordinates_of(solution.system, solution._name, solution._options)
-    return _core.Walker(
-        chosen.core, chosen.matrices, None, z, t, h, solution._name, solution._options
-    )
+    # Differences would divide what early ends of iterations leave.
+    loose = "roundoff", "tolerance"
+    options = {name: value for name, value in solution._options.items() if name not in loose}
+    chosen = coordinates_of(solution.system, solution._name, options)
+    return _core.Walker(chosen.core, chosen.matrices, None, z, t, h, solution._name, options)
 
 
 def _states(solution, count):

@@ -394,3 +394,75 @@ def test_numbers_of_sympy_are_numbers_of_parameters():
     q, p, k = sympy.symbols("q p k")
     system = spim.from_sympy(p**2 / 2 + k * q**2 / 2, q, p, {k: sympy.Rational(1, 4)})
     assert system.energy([2.0, 0.0]) == 0.5
+
+
+def unaligned(numbers):
+    """Doubles that begin at an odd address, as those of files and records may."""
+    numbers = np.asarray(numbers, float)
+    return np.frombuffer(b"x" + numbers.tobytes(), offset=1).reshape(numbers.shape)
+
+
+class Named(np.ndarray):
+    """A subclass, as packages have them."""
+
+
+def test_numbers_may_lie_anywhere():
+    system = spim.HamiltonianSystem(1, lambda t, z: unaligned([np.sin(z[0]), z[1]]))
+    right = spim.HamiltonianSystem(1, lambda t, z: np.array([np.sin(z[0]), z[1]]))
+    for z0 in (unaligned([1.0, 0.0]), unaligned([1.0, 0.0]).view(Named), [1.0, 0.0]):
+        found = spim.integrate(system, z0, (0.0, 1.0), 0.1, method="gauss8")
+        assert (found.z == spim.integrate(right, z0, (0.0, 1.0), 0.1, method="gauss8").z).all()
+    A = [[0.0, 1.0], [-1.0, 0.0]]
+    assert (spim.expm(unaligned(A)) == spim.expm(A)).all()
+    assert (spim.expm(unaligned(A).view(Named)) == spim.expm(A)).all()
+
+
+def test_tangent_maps_do_not_end_iterations_early():
+    system, z0 = spim.models.Kepler(), [0.7, 0.0, 0.0, np.sqrt(1.3 / 0.7)]
+    maps = [
+        spim.integrate(system, z0, (0.0, 5.0), 0.05, method="gauss32", roundoff=roundoff).jacobian()
+        for roundoff in ("minimal", ("tolerance", 1e-10))
+    ]
+    assert abs(np.linalg.det(maps[1]) - 1.0) <= 1e-11
+    assert np.abs(maps[1] - maps[0]).max() <= 1e-7 * np.abs(maps[0]).max()
+
+
+@pytest.mark.parametrize("method", ["gauss4", "gauss6", "gauss8", "gauss12"])
+def test_few_stages_take_no_more_iterations_for_oscillators_than_for_groups(method):
+    A = np.zeros((6, 6))
+    A[:3, 3:] = np.eye(3)
+    A[3:, :3] = -np.diag([1.0, 4.0, 9.0])
+
+    def rest(t, z):
+        return np.array([0.0, 0.0, 0.0, -z[0] * z[1], -0.5 * z[0] ** 2, 0.0])
+
+    work = []
+    for damping in (0.0, 1e-300):
+        A[3:, 3:] = -damping * np.eye(3)
+        system = spim.SemilinearSystem(A, rest)
+        z0 = [0.1, 0.2, 0.1, 0.0, 0.1, 0.2]
+        run = spim.integrate(system, z0, (0.0, 10.0), 0.1, method=method, roundoff="tolerance")
+        work.append(run.stats["evaluations"])
+    assert work[0] <= 1.02 * work[1]
+
+
+@pytest.mark.parametrize(
+    "wrong", [("tolerance", "1e-13"), ("tolerance",), {"tolerance": 1e-13}, ("tolerance", -1e-13)]
+)
+def test_a_wrong_ending_is_told_what_there_is(wrong):
+    start = [1.0, 0.0, 0.0, 1.0]
+    with pytest.raises(ValueError, match=r"^roundoff: .*(positive|number\)).*, got "):
+        spim.integrate(
+            spim.models.Kepler(), start, (0.0, 1.0), 0.1, method="gauss8", roundoff=wrong
+        )
+
+
+def test_a_tolerance_may_come_in_a_list():
+    start = [1.0, 0.0, 0.0, 1.0]
+    ends = [
+        spim.integrate(
+            spim.models.Kepler(), start, (0.0, 1.0), 0.1, method="gauss8", roundoff=roundoff
+        ).z
+        for roundoff in (["tolerance", 1e-12], ("tolerance", 1e-12))
+    ]
+    assert (ends[0] == ends[1]).all()

@@ -27,10 +27,8 @@ pub fn numpy(py: Python<'_>) -> PyResult<&Bound<'_, PyModule>> {
 
 /// The numbers of an argument; nothing is converted that would lose its meaning.
 pub fn numbers<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Numbers<'py>> {
-    if let Ok(array) = given.cast_exact::<PyArrayDyn<f64>>()
-        && array.is_c_contiguous()
-    {
-        return Ok(Numbers::Real(array.clone()));
+    if let Some(array) = as_it_is(given) {
+        return Ok(Numbers::Real(array));
     }
     let py = given.py();
     let numpy = numpy(py)?;
@@ -49,10 +47,8 @@ pub fn numbers<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Numbers<'
             false => error,
         }
     })?;
-    if let Ok(array) = array.cast_exact::<PyArrayDyn<f64>>()
-        && array.is_c_contiguous()
-    {
-        return Ok(Numbers::Real(array.clone()));
+    if let Some(array) = as_it_is(&array) {
+        return Ok(Numbers::Real(array));
     }
     let dtype = array.getattr("dtype")?;
     let kind: String = dtype.getattr("kind")?.extract()?;
@@ -72,6 +68,14 @@ pub fn numbers<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Numbers<'
             if kind == "O" { " (a sparse matrix? use .toarray(); a system? use .A)" } else { "" }
         ))),
     }
+}
+
+/// An array that needs no conversion.
+fn as_it_is<'py>(given: &Bound<'py, PyAny>) -> Option<Doubles<'py>> {
+    let array = given.cast_exact::<PyArrayDyn<f64>>().ok()?;
+    // Memory from files and records may begin anywhere.
+    let aligned = array.data().is_aligned();
+    (aligned && array.is_c_contiguous()).then(|| array.clone())
 }
 
 /// As [`numbers`], refusing complex ones.

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use numpy::PyUntypedArrayMethods;
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use spim::expm::{Recipe, Scheme};
@@ -420,14 +420,23 @@ pub fn options_of(given: &Bound<'_, PyDict>) -> PyResult<Options> {
             Value::Numbers(numbers)
         } else if let Ok(number) = value.extract::<f64>() {
             Value::Number(number)
-        } else if let Ok((word, number)) = value.extract::<(String, f64)>() {
+        } else if let Ok((word, number)) = named(&value) {
             Value::Named(word, number)
         } else {
-            return Err(PyTypeError::new_err(format!("{name}: a value no option can have")));
+            Value::Other(value.repr()?.to_string())
         };
         options.push((name, value));
     }
     Ok(Options(options))
+}
+
+/// A word and a number, in a tuple or a list.
+fn named(value: &Bound<'_, PyAny>) -> PyResult<(String, f64)> {
+    let pair: Vec<Bound<'_, PyAny>> = value.extract()?;
+    match &pair[..] {
+        [word, number] => Ok((word.extract()?, number.extract()?)),
+        _ => Err(PyValueError::new_err("not two")),
+    }
 }
 
 /// The records of all methods and what was measured of them, one dict each.
