@@ -45,8 +45,10 @@ def stages(name):
 
 
 def said(ending):
-    """An ending in words."""
-    return ending if isinstance(ending, str) else f"{ending[0]} {ending[1]:.0e}"
+    """An ending in words, but for that of the label."""
+    if ending in (None, "minimal"):
+        return ""
+    return f", {ending}" if isinstance(ending, str) else f", {ending[0]} {ending[1]:.0e}"
 
 
 def own_cases():
@@ -61,9 +63,10 @@ def own_cases():
         endings = ENDINGS if "roundoff" in record.options else (None,)
         for ending, steps in itertools.product(endings, STEPS[stages(name)]):
             options = {} if ending is None else {"roundoff": ending}
-            label = name if ending is None else f"{name}, {said(ending)}"
+            label = f"{name}, minimal" if ending == "minimal" else name
+            setting = f"{steps} steps{said(ending)}"
             kind = "spim, drift-free" if ending == "minimal" else "spim"
-            yield kind, label, f"{steps} steps", ours(name, steps, **options), 0.0
+            yield kind, label, setting, ours(name, steps, **options), 0.0
 
 
 def heyoka_cases(quick):

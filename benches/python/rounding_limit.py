@@ -10,7 +10,7 @@ rounding of stored states makes. Then a system of one degree of freedom, y'' = -
 Heiles' on x = 0), over 1e8 steps. Energies are computed from stored states in the longest floats of
 NumPy. Runs go on as many threads as there are cores; the times of a step are those of a thread.
 
-Forty minutes on two cores, a minute with ``--quick``; the plot needs Matplotlib::
+A quarter of an hour on two cores, a minute with ``--quick``; the plot needs Matplotlib::
 
     python benches/python/rounding_limit.py [--markdown] [--quick] [--plot docs/rounding_limit.svg]
         [--steps 10000000] [--states 32] [--long 100000000] [--finer 1]
