@@ -6,6 +6,8 @@
 //! `S(4 Y) = S + S c`, `c(4 Y) = 4 c + 2 c^2`. The increment is a must: plain cosines lose two bits
 //! a doubling.
 
+use std::sync::LazyLock;
+
 use super::arithmetic::{Arithmetic, Doubles, Pairs, Slot};
 use super::doubling::{Form, overflow};
 use super::sid::halvings;
@@ -184,9 +186,9 @@ fn cosine_and_sine(x: &mut impl Arithmetic, limit: f64) -> Result<u32> {
         x.scale(slot, larger - 2 * doublings as i32, power);
     }
     x.multiply(Y2, Y2, None, Y4)?;
-    let [cosine, sine] = coefficients();
-    series(x, &cosine, C)?;
-    series(x, &sine, S)?;
+    let [cosine, sine] = &*COEFFICIENTS;
+    series(x, cosine, C)?;
+    series(x, sine, S)?;
     x.add_diagonal([1.0, 0.0], S);
     for i in 0..doublings {
         x.multiply(S, C, Some((1.0, S)), SPARE)?;
@@ -206,7 +208,7 @@ fn cosine_and_sine(x: &mut impl Arithmetic, limit: f64) -> Result<u32> {
 }
 
 /// Coefficients of `Y`, `Y^2`, … in `c` and in `S - I`, as pairs.
-fn coefficients() -> [[[f64; 2]; 4 * BLOCKS]; 2] {
+static COEFFICIENTS: LazyLock<[[[f64; 2]; 4 * BLOCKS]; 2]> = LazyLock::new(|| {
     let mut inverse = [1.0, 0.0];
     let mut table = [[[0.0; 2]; 4 * BLOCKS]; 2];
     for n in 2..=8 * BLOCKS + 1 {
@@ -214,7 +216,7 @@ fn coefficients() -> [[[f64; 2]; 4 * BLOCKS]; 2] {
         table[n % 2][n / 2 - 1] = inverse;
     }
     table
-}
+});
 
 /// `c_1 Y + c_2 Y^2 + …`, by blocks of four terms (Paterson & Stockmeyer).
 fn series(x: &mut impl Arithmetic, c: &[[f64; 2]], out: Slot) -> Result<()> {
