@@ -62,7 +62,7 @@ impl<'a> PairEngine<'a> {
         PairEngine { layout, depth, bits: slice_bits(layout.rows), left, right }
     }
 
-    /// `C = A B (+ alpha D)`, `alpha` a power of two. Large products look outside, from [`LONG`] rows on.
+    /// `C = A B (+ alpha D)`, `alpha` a power of two. Large products look outside.
     pub fn multiply(
         &mut self,
         a: Pair,
