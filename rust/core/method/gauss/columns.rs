@@ -83,13 +83,12 @@ fn eight(len: usize, of: impl Fn(usize) -> f64) -> Eight {
     Eight(std::array::from_fn(|i| if i < len { of(i) } else { 0.0 }))
 }
 
-/// Columns of `Q` and of `-Q'`, in turn: with `mu = 1/2 + [A B; -B -A]` of stages and their mirror images,
-/// A antisymmetric and B symmetric, `Q = (A + B) / 2`.
+/// Columns of `Q`, then of `-Q'`: with `mu = 1/2 + [A B; -B -A]` of stages and their mirror images, A
+/// antisymmetric and B symmetric, `Q = (A + B) / 2`.
 fn folded(mu: &[f64]) -> Vec<Eight> {
     let q = |i: usize, j: usize| 0.5 * ((mu[16 * i + j] - 0.5) + (mu[16 * i + 15 - j] - 0.5));
-    let column =
-        |j: usize| [std::array::from_fn(|i| q(i, j)), std::array::from_fn(|i| -q(j, i))].map(Eight);
-    (0..8).flat_map(column).collect()
+    let across = (0..8).map(|j| eight(8, |i| q(i, j)));
+    across.chain((0..8).map(|j| eight(8, |i| -q(j, i)))).collect()
 }
 
 /// `h b`: the middle one, or the two outer ones, make the sum h as it is rounded.
@@ -160,40 +159,19 @@ pub fn gather<V: Lanes, const S: usize, const B: usize, const C: usize>(
     if S != 16 {
         return product([matrix::<S, B>(mu); C], x);
     }
-    let columns = matrix::<8, 2>(mu);
-    let mut parts = [[Pack::<V>::splat(0.0); 2]; C];
-    for (parts, x) in parts.iter_mut().zip(x) {
-        *parts = [x[0] + x[B - 1], x[0] - x[B - 1]];
+    let (mut sums, mut differences) = ([[Pack::splat(0.0)]; C], [[Pack::splat(0.0)]; C]);
+    for c in 0..C {
+        let (one, mirrored) = (x[c][0], x[c][B - 1]);
+        (sums[c], differences[c]) = ([one + mirrored], [one - mirrored]);
     }
-    let mut even = [[Pack::<V>::splat(0.0); 2]; C];
-    let mut odd = even;
-    for at in 0..4 {
-        add_folded(&mut even, columns, parts, 2 * at);
-        add_folded(&mut odd, columns, parts, 2 * at + 1);
-    }
+    let across = product([matrix::<8, 1>(mu); C], sums);
+    let along = product([matrix::<8, 1>(&mu[8..]); C], differences);
     let mut out = x;
     for c in 0..C {
-        let half = Pack::splat(0.5 * parts[c][0].sum());
-        let [across, along] = [even[c][0] + odd[c][0], even[c][1] + odd[c][1]];
-        let along = half + along;
-        (out[c][0], out[c][B - 1]) = (along + across, along - across);
+        let along = Pack::splat(0.5 * sums[c][0].sum()) + along[c][0];
+        (out[c][0], out[c][B - 1]) = (along + across[c][0], along - across[c][0]);
     }
     out
-}
-
-#[inline(always)]
-fn add_folded<V: Lanes, const C: usize>(
-    sums: &mut [[Pack<V>; 2]; C],
-    columns: &[[Eight; 2]; 8],
-    parts: [[Pack<V>; 2]; C],
-    j: usize,
-) {
-    let column = packs::<V>(&columns[j]);
-    for (sums, parts) in sums.iter_mut().zip(parts) {
-        for half in 0..2 {
-            sums[half] = column[half].mul_add(parts[half].lane(j), sums[half]);
-        }
-    }
 }
 
 #[cfg(test)]

@@ -34,8 +34,9 @@ const NOTHING: f64 = 1e-20;
 /// Iterations after which it is asked whether a Jacobian would be cheaper.
 const PATIENCE: u32 = 8;
 
-/// Method and memory. Stages lie in blocks of eight lanes, in the order of [`Columns`]: component d of block b at `b m + d` of
-/// `stages` and `rates`, as systems want them, and at `d blocks + b` of `increments`.
+/// Method and memory. Stages lie in blocks of eight lanes, in the order of [`Columns`]: component d of
+/// block b at `b m + d` of `stages` and `rates`, as systems want them, and at `d blocks + b` of
+/// `increments`.
 pub struct Gauss {
     name: &'static str,
     h: f64,
