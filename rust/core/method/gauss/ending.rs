@@ -44,7 +44,8 @@ pub const ROUNDOFF: OptionInfo = OptionInfo {
     name: "roundoff",
     doc: "\"minimal\" (default): iterates until nothing changes, no drift; \"tolerance\": until the \
           next change is below rounding, faster, with a drift that 1e6 steps show; (\"tolerance\", \
-          1e-13): until it is below that part of the state",
+          1e-13): until it is below that part of the state. Rotating beams that Gauss methods solve in \
+          modes, as solution.method says, end by themselves",
 };
 
 /// What the option says.
